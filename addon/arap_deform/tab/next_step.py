@@ -94,7 +94,7 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
         return _with_cage(context, cage)
     if len(obj.arap.handles) == 1 and not obj.arap.pins:
         return Step("Nothing holds the mesh. Add Pin in Edit Mode does.")
-    moving = [handle for handle in obj.arap.handles if context.object is not None and handle.target == context.object]
+    moving = [h for h in obj.arap.handles if h.is_enabled and context.object is not None and h.target == context.object]
     if moving and all(handle.bone for handle in moving) and context.mode == "OBJECT":
         return Step("Ctrl Tab: Pose Mode. There G and R move the bones.")
     if moving:

@@ -73,6 +73,13 @@ class NextStepTest(SceneTest):
         bpy.ops.object.mode_set(mode="OBJECT")
         bpy.context.view_layer.objects.active = obj
         self.assert_step("Click the cage in the list, then Tab edits it.")
+        self.api.add_handle(obj, TOP)
+        self.api.add_pin(obj, BOTTOM)
+        bpy.context.view_layer.objects.active = obj.arap.handles[0].target
+        obj.arap.handles[0].is_enabled = False
+        obj.select_set(False)
+        self.assert_step("Click a handle in the list, then press G.")
+        obj.arap.handles[0].is_enabled = True
         bpy.ops.arap.follow_end()
         self.assert_step("Tick Follow, then edit the cage: the mesh follows.")
 
