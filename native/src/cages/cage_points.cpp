@@ -94,7 +94,7 @@ CagePoints::Rows CagePoints::rows(std::span<const int> points) const {
 Eigen::MatrixXd CagePoints::normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights) const {
   const auto n = static_cast<int>(points.size());
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(cage_.n_vertices(), cage_.n_vertices());
-  constexpr int kSums = 8;  // that there is memory for
+  constexpr int kPartialSums = 8;  // that there is memory for
   const auto lower = parallel_reduce(
       workers_, n, none,
       [&](int begin, int end) {
@@ -107,7 +107,7 @@ Eigen::MatrixXd CagePoints::normal_matrix(std::span<const int> points, const Eig
         return sum;
       },
       [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return Eigen::MatrixXd(a + b); },
-      std::max(kRows, n / kSums + 1));
+      std::max(kRows, n / kPartialSums + 1));
   return lower.selfadjointView<Eigen::Lower>();
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <span>
 
 #include "arap/cage.h"
@@ -46,7 +47,7 @@ class CagePoints {
     const CageKernels& own = kernels(isa_).cage;
     parallel_for<kBlocks>(workers_, weights_.n_blocks(), [&](int begin, int end) {
       for (int b = begin; b < end; ++b) {
-        std::array<double, 3 * kCageBlock> sums{};
+        std::array<double, kSums> sums{};
         own.carry(weights_.block(b), left.data(), weights_.n_rows(), sums.data());
         for (int lane = 0; lane < kCageBlock; ++lane) {
           const int p = b * kCageBlock + lane;
@@ -70,7 +71,8 @@ class CagePoints {
   static constexpr int kRows = 256;
 
  private:
-  static constexpr int kBlocks = 16;  ///< that a thread takes at a time
+  static constexpr int kBlocks = 16;                                    ///< that a thread takes at a time
+  static constexpr size_t kSums = static_cast<size_t>(3) * kCageBlock;  ///< of a block
 
   [[nodiscard]] AffineMap best_map(const Positions& moved) const;
   /// What the best map leaves of the motion of the cage: vectors that the weights are multiplied by.

@@ -108,36 +108,33 @@ class Subspace {
   Rows phi_;  ///< (n, c) by the numbers of the energy
 };
 
-/// Makes the sum of a share of the cage's own energy and of the mesh's.
-void add_up(CellEnergy& energy, const Surface& of_cage, double share, const Subspace* of_mesh, int threads,
-            const MeterPart& meter) {
-  const SparseMatrix own = of_cage.matrix();
-  const auto c = static_cast<int>(own.rows());
-  const Matrix K = of_mesh != nullptr ? of_mesh->matrix(meter.part(0.8)) : Matrix();
-  energy.K = assemble_matrix(c, threads,
-                             [&](int i, RowAccumulator<double>& column) {
-                               for (Eigen::Index j = 0; j < K.rows(); ++j)
-                                 if (K(j, i) != 0) column[static_cast<int>(j)] += K(j, i);
-                               for (SparseMatrix::InnerIterator it(own, i); it; ++it)
-                                 column[static_cast<int>(it.row())] += share * it.value();
-                             },
-                             {});
+/// A share of the cage's own matrix and that of the mesh, if there is one.
+SparseMatrix sum_of(const SparseMatrix& of_cage, double share, const Matrix& of_mesh, int threads) {
+  const auto fill = [&](int i, RowAccumulator<double>& column) {
+    for (Eigen::Index j = 0; j < of_mesh.rows(); ++j)
+      if (of_mesh(j, i) != 0) column[static_cast<int>(j)] += of_mesh(j, i);
+    for (SparseMatrix::InnerIterator it(of_cage, i); it; ++it) column[static_cast<int>(it.row())] += share * it.value();
+  };
+  return assemble_matrix(static_cast<int>(of_cage.rows()), threads, fill, {});
+}
+
+/// Gives the energy the cells of the mesh, if there is one, and then the same share of the cage's own.
+void add_cells(CellEnergy& energy, const Surface& of_cage, double share, const Subspace* of_mesh, int threads,
+               const MeterPart& meter) {
   const Rows cells = of_mesh != nullptr ? of_mesh->cells() : Rows();
   std::vector<int> homes = of_mesh != nullptr ? of_mesh->homes() : std::vector<int>();
   const auto n_of_mesh = static_cast<int>(homes.size());
+  const Cells& own = of_cage.energy().cells;
   const std::vector<int> vertices = inverse_permutation(of_cage.numbers);
-  for (int cell = 0; cell < of_cage.energy().n_cells(); ++cell)
-    homes.push_back(of_cage.energy().cells.home(cell) < 0 ? -1 : vertices[of_cage.energy().cells.home(cell)]);
-  Cells::Rows rows(c, static_cast<int>(homes.size()), threads, [&] {
-    return [&](int j, RowAccumulator<Vector3>& row) {
-      for (int cell = 0; cell < n_of_mesh; ++cell)
-        if (const Vector3 q = cells.row(cell).segment<3>(3 * std::ptrdiff_t{j}); homes[cell] == j || !q.isZero(0))
-          row[cell] += q;
-      of_cage.energy().cells.for_each_cell(of_cage.numbers[j],
-                                           [&](int cell, const Vector3& q) { row[n_of_mesh + cell] += share * q; });
-    };
-  });
-  take_cells(energy, std::move(rows), homes, nullptr, threads, meter.part(0.2));
+  for (int cell = 0; cell < own.size(); ++cell) homes.push_back(own.home(cell) < 0 ? -1 : vertices[own.home(cell)]);
+  const auto fill = [&](int j, RowAccumulator<Vector3>& row) {
+    for (int cell = 0; cell < n_of_mesh; ++cell)
+      if (const Vector3 q = cells.row(cell).segment<3>(3 * std::ptrdiff_t{j}); homes[cell] == j || !q.isZero(0))
+        row[cell] += q;
+    own.for_each_cell(of_cage.numbers[j], [&](int cell, const Vector3& q) { row[n_of_mesh + cell] += share * q; });
+  };
+  Cells::Rows rows(energy.n_vertices(), static_cast<int>(homes.size()), threads, [&] { return fill; });
+  take_cells(energy, std::move(rows), homes, nullptr, threads, meter);
 }
 
 }  // namespace
@@ -151,7 +148,8 @@ void assemble_cage_energy(PreparedModel& model, const PolygonMesh& cage, const P
   model.n_parts = cage.n_parts();
   const Surface of_cage(cage, options.rigidity_radius, threads);
   if (options.energy == CageEnergy::kCage) {
-    add_up(model.energy, of_cage, 1, nullptr, threads, meter);
+    model.energy.K = of_cage.matrix();
+    add_cells(model.energy, of_cage, 1, nullptr, threads, meter);
     model.energy.rest_energy = of_cage.energy().rest_energy;
     return;
   }
@@ -163,7 +161,8 @@ void assemble_cage_energy(PreparedModel& model, const PolygonMesh& cage, const P
       (kBytesOfNumber * mesh.n_vertices() + kBytesOfIncidence * of_mesh.energy().n_cells()) * cage.n_vertices(),
       "this mesh in the space of this cage");
   const Subspace subspace(of_mesh, points, carried);
-  add_up(model.energy, of_cage, kShareOfCage, &subspace, threads, meter.part(0.8));
+  model.energy.K = sum_of(of_cage.matrix(), kShareOfCage, subspace.matrix(meter.part(0.6)), threads);
+  add_cells(model.energy, of_cage, kShareOfCage, &subspace, threads, meter.part(0.2));
   model.energy.rest_energy = of_mesh.energy().rest_energy + kShareOfCage * of_cage.energy().rest_energy;
 }
 
