@@ -611,8 +611,9 @@ class CageArap(Model):
     """As-rigid-as-possible deformation of a cage by vertices of the mesh that hangs on it. Construction binds both.
 
     The unknowns are the vertices of the cage, and rotations those of nodes, so an iteration costs the same at every
-    density of the mesh. The mesh goes where the cage carries it, all of its parts; loose vertices stay. The cage brings
-    hard vertices as near to their targets as it can, a region to about a thousandth of the size.
+    density of the mesh. The cage brings hard vertices as near to their targets as it can, a region to about a
+    thousandth of the size. Loose vertices stay, and so do shells of the cage that carry nothing constrained, with the
+    parts of the mesh in them.
     """
 
     def __init__(

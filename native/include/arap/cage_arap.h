@@ -43,12 +43,13 @@ struct CageArapOptions {
 };
 
 /// As-rigid-as-possible deformation of a cage by vertices of the mesh that hangs on it. The unknowns are the vertices
-/// of the cage, and rotations those of nodes, so an iteration costs the same at every density of the mesh. Cages of some
-/// hundreds of vertices are meant: a bind takes time as their square, a set of constraints as their cube.
+/// of the cage, and rotations those of nodes, so an iteration costs the same at every density of the mesh. Cages of
+/// some hundreds of vertices are meant: a bind takes time as their square, a set of constraints as their cube.
+///
 /// [HSL06] Huang, Shi, Liu, Zhou, Wei, Teng, Bao, Guo, Shum: Subspace Gradient Domain Mesh Deformation, SIGGRAPH 2006.
 ///
-/// The same three acts as SurfaceArap. All parts of the mesh go where the cage carries them. Loose vertices stay, and so
-/// do connected shells of the cage that carry nothing constrained: what is in them is at rest.
+/// The same three acts as SurfaceArap. All parts of the mesh go where the cage carries them. Loose vertices stay, and
+/// so do connected shells of the cage that carry nothing constrained: what is in them is at rest.
 class CageArap {
  public:
   /// @param cage  around the mesh, at rest: as for CageDeformation; make_cage() makes one
