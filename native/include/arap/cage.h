@@ -68,7 +68,7 @@ class CageDeformation {
  public:
   /// @param cage    at rest: triangles and quads, closed, oriented alike, outwards or inwards
   /// @param points  (n, 3) at rest, finite, at least one. For kGreen farther inside than 1e-12 of the cage's diagonal,
-  ///                for kHarmonic inside or on it
+  ///                for kHarmonic inside or on it, for kMeanValue within 1e30 diagonals
   /// Throws InvalidInput for bad options, cage or points; Cancelled when `progress` returns false.
   CageDeformation(const PolygonMesh& cage, const Positions& points, const CageOptions& options = {},
                   const Progress& progress = {});
@@ -83,7 +83,7 @@ class CageDeformation {
   /// Throws InvalidInput.
   [[nodiscard]] Positions deform(const Positions& cage_positions) const;
   /// The same in single precision, so that a frame need not allocate.
-  /// @param out  (3 n) takes the result, row by row
+  /// @param out  (3 n) takes the result, row by row; is any, if it has a number beyond single precision, which throws
   void deform(const Positions& cage_positions, std::span<float> out) const;
 
   /// Where the cage must be, (n_vertices, 3), so that the points come to given places as well as they can [CHSB10]:

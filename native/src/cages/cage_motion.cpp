@@ -37,7 +37,9 @@ struct Moments {
   [[nodiscard]] AffineMap map_of(const Matrix3& linear) const { return {linear, moved_mean - linear * rest_mean}; }
 
   [[nodiscard]] AffineMap similarity() const {
-    const Matrix3 turn = nearest_rotation(between, Matrix3::Identity());
+    // In any unit: a rotation is looked for by powers of what is given.
+    const double unit = between.cwiseAbs().maxCoeff();
+    const Matrix3 turn = nearest_rotation(between / (unit > 0 ? unit : 1), Matrix3::Identity());
     const double size = rest.trace();
     return map_of(size > 0 ? Matrix3(turn.cwiseProduct(between).sum() / size * turn) : turn);
   }

@@ -30,6 +30,15 @@ void require_none(const std::vector<int>& outside, Eigen::Index n_points, CageCo
                           " coordinates; make the cage larger or take mean value coordinates"));
 }
 
+/// Weights are as large as the distance.
+void require_near(const Positions& points, const Cage& cage) {
+  constexpr double kFarthest = 1e30;
+  for (Eigen::Index k = 0; k < points.rows(); ++k)
+    if (!(cage.to_cage(points.row(k)).norm() <= kFarthest))
+      throw InvalidInput(text("points: row ", k, " is farther than 1e30 times the cage's size from it, where weights ",
+                              "are beyond the range of single precision; leave it out"));
+}
+
 /// What n_weight_rows() says, if there is memory for so many points.
 int checked_rows(const Cage& cage, CageCoordinates coordinates, Eigen::Index n_points) {
   const int n_rows = n_weight_rows(cage, coordinates);
@@ -48,6 +57,7 @@ CagePoints::CagePoints(const PolygonMesh& mesh, const Positions& points, const C
       weights_(static_cast<int>(points.rows()), checked_rows(cage_, coordinates_, points.rows())),
       affine_(affine_fit(cage_)),
       affine_terms_(cage_.n_vertices(), 4) {
+  require_near(points, cage_);
   affine_terms_ << Eigen::VectorXd::Ones(cage_.n_vertices()), cage_.vertices();
   for (Eigen::Index k = 0; k < points.rows(); ++k) rest_.row(k) = cage_.to_cage(points.row(k));
   const std::vector<int> outside =

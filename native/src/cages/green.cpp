@@ -110,8 +110,8 @@ Positions stretched_normals(const Cage& cage, const Positions& moved) {
     const double squared = moved_u.squaredNorm() * v.squaredNorm() - 2 * moved_u.dot(moved_v) * u.dot(v) +
                            moved_v.squaredNorm() * u.squaredNorm();
     const double stretch = std::sqrt(std::max(squared, 0.0) / 2) / u.cross(v).norm();
-    // A triangle without area has no normal, and then adds nothing.
-    result.row(t) = stretch * moved_u.cross(moved_v).normalized();
+    // A triangle without area has no normal, and then adds nothing. The area may be 1e198: its square is no number.
+    result.row(t) = stretch * moved_u.cross(moved_v).stableNormalized();
   }
   return result;
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace arap {
@@ -81,9 +82,56 @@ double area_over_depth(const TrianglePlace& place, const std::array<const SeenEd
   return sum / place.depth;
 }
 
+/// A place in a triangle, as barycentric coordinates, and its part of an integral over it: Radon's rule of degree 5.
+struct Place {
+  double hats[3];  // NOLINT: as in CageTriangle
+  double part;
+};
+std::array<Place, 7> places_in_triangle() {
+  std::array<Place, 7> places{};
+  places[0] = {{1. / 3, 1. / 3, 1. / 3}, .225};
+  for (const int side : {-1, 1}) {
+    const double root = side * std::sqrt(15.);
+    const double hat = (6 + root) / 21;
+    for (int k = 0; k < 3; ++k) {
+      Place& place = places[1 + k + (side < 0 ? 0 : 3)];
+      for (int i = 0; i < 3; ++i) place.hats[i] = i == k ? 1 - 2 * hat : hat;
+      place.part = (155 + root) / 1200;
+    }
+  }
+  return places;
+}
+
+/// Far away the closed form cancels: wrong by 1e-16 times the third power of the distance. But there what is integrated
+/// hardly changes over a triangle, so a rule will do. The sum of the weights cancels once more, and is taken from
+/// inside: the integral over the cage's volume of -1 / |y - x|^4, the divergence, as all triangles seen from the
+/// middle.
+Eigen::VectorXd far_weights(const Cage& cage, const Row& point) {
+  const std::array<Place, 7> places = places_in_triangle();
+  const double root = std::sqrt(.15);  // three places along a radius: Gauss' rule of degree 5
+  const std::array<std::pair<double, double>, 3> radii = {{{.5 - root, 5. / 18}, {.5, 8. / 18}, {.5 + root, 5. / 18}}};
+  const double unit = point.squaredNorm();  // so that no power of a distance leaves the range of numbers
+  const auto kernel = [&](const Row& y) { return std::pow(unit / (y - point).squaredNorm(), 2); };
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(cage.n_vertices());
+  double sum = 0;
+  for (const CageTriangle& triangle : cage.triangles()) {
+    const double depth = TrianglePlace(triangle, point).depth;
+    for (const Place& place : places) {
+      Row y = Row::Zero();
+      for (int k = 0; k < 3; ++k) y += place.hats[k] * cage.vertices().row(triangle.vertices[k]);
+      const double area = triangle.share * place.part * triangle.twice_area / 2;
+      for (int k = 0; k < 3; ++k) weights[triangle.vertices[k]] += area * depth * place.hats[k] * kernel(y);
+      for (const auto& [radius, part] : radii)
+        sum -= area * triangle.depth[3] * part * radius * radius * kernel(radius * y);
+    }
+  }
+  return weights / sum;
+}
+
 }  // namespace
 
 Eigen::VectorXd mean_value_coordinates(const Cage& cage, const Row& point) {
+  if (point.squaredNorm() > kFarFromCage * kFarFromCage) return far_weights(cage, point);
   if (const auto on_face = interpolate(cage, point)) return *on_face;
   std::vector<SeenEdge> edges;
   edges.reserve(cage.edges().size());

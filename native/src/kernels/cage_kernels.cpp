@@ -152,7 +152,8 @@ unsigned mean_values_of_lanes(const CageView& cage, const double* coordinates, d
     store<double, kCount>(of_edges + kCount * e, angle_over_distance(cage.edges[e], {cage.edges[e], points}));
   for (std::ptrdiff_t v = 0; v < cage.n_vertices; ++v) store<double, kCount>(of_vertices + kCount * v, Numbers{});
 
-  Mask<double> is_unsure{};
+  const Numbers squared = points[0] * points[0] + points[1] * points[1] + points[2] * points[2];
+  Mask<double> is_unsure = squared > kFarFromCage * kFarFromCage;
   Numbers sum{};
   for (std::ptrdiff_t t = 0; t < cage.n_triangles; ++t) {
     const CageTriangle& triangle = cage.triangles[t];

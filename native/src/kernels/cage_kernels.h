@@ -8,6 +8,9 @@ namespace arap {
 /// Points are carried in blocks of so many: one line of a cache in single precision.
 inline constexpr int kCageBlock = 16;
 
+/// Points farther than this from the middle of a cage of diagonal 1 are far: there its triangles are seen alike.
+inline constexpr double kFarFromCage = 30;
+
 /// An edge of the triangles of a cage, in either direction.
 struct CageEdge {
   double start[3];  // NOLINT: no std::array here, see simd.h
@@ -44,7 +47,7 @@ struct CageKernels {
   /// @param points   (3, kCageBlock)
   /// @param scratch  (2 n_edges + 2 n_vertices, kCageBlock)
   /// @param weights  (n_vertices, kCageBlock), takes the result
-  /// @return  bit k: point k is so near to the plane of a triangle that rounding is seen
+  /// @return  bit k: point k is so near to the plane of a triangle, or so far away, that rounding is seen
   unsigned (*mean_values)(const CageView& cage, const double* points, double* scratch, float* weights);
 
   /// Green coordinates, see cages/green.h.

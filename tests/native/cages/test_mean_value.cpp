@@ -133,5 +133,23 @@ TEST(MeanValue, IsContinuousAtFacesEdgesAndVertices) {
   }
 }
 
+TEST(MeanValue, KeepsItsDigitsFarAway) {
+  Random random(6);
+  for (const MeshData& mesh : all_cages()) {
+    const Cage cage(mesh.mesh());
+    for (const double distance : {29.99, 30.01, 1e3, 1e5, 1e12, 1e30}) {
+      const Row x = distance * random.vector(1).normalized().transpose();
+      const Eigen::VectorXd w = mean_value_coordinates(cage, x);
+      EXPECT_LT((w.transpose() * cage.vertices() - x).norm(), 5e-9 * distance) << mesh.name << " " << distance;
+      EXPECT_NEAR(w.sum(), 1, 5e-9 * distance) << mesh.name << " " << distance;
+    }
+    // From both sides of where the formula changes, a ten thousandth apart.
+    const Row x = random.vector(1).normalized().transpose();
+    const Eigen::VectorXd near = mean_value_coordinates(cage, 29.9999 * x);
+    const Eigen::VectorXd far = mean_value_coordinates(cage, 30.0001 * x);
+    EXPECT_LT((near - far).norm(), 1e-5 * far.norm()) << mesh.name;
+  }
+}
+
 }  // namespace
 }  // namespace arap_test

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <atomic>
+
 #include "arap/cage.h"
 #include "cages/cage_points.h"
 #include "cages/cage_weights.h"
@@ -66,9 +68,14 @@ void CageDeformation::deform(const Positions& cage_positions, std::span<float> o
   const size_t n_numbers = 3 * static_cast<size_t>(n_points());
   if (out.size() != n_numbers)
     throw InvalidInput(text("out has ", out.size(), " numbers, must have three per point, ", n_numbers));
+  std::atomic<bool> is_finite = true;
   impl_->points.deform(cage_positions, [&](int p, const Vector3& place) {
-    for (int k = 0; k < 3; ++k) out[3 * static_cast<size_t>(p) + k] = static_cast<float>(place[k]);
+    const Eigen::Vector3f single = place.cast<float>();
+    Eigen::Vector3f::Map(&out[3 * static_cast<size_t>(p)]) = single;
+    if (!single.allFinite()) is_finite = false;
   });
+  if (!is_finite)
+    throw InvalidInput("cage_positions move points beyond the range of single precision; look for positions far away");
 }
 
 Positions CageDeformation::fit(const Positions& positions, double smoothness) const {

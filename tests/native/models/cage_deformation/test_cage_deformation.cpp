@@ -201,6 +201,19 @@ TEST(CageDeformation, LosesNoDigitsFarFromTheOriginAndInAnyUnit) {
   }
 }
 
+TEST(CageDeformation, MayBeAsSmallOrLargeAsNumbersAllow) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Positions points = points_inside(mesh, 20);
+  for (const CageCoordinates coordinates : kBoth) {
+    const Positions expected = CageDeformation(mesh.mesh(), points, of(coordinates)).deform(bent(mesh));
+    for (const double unit : {1e-99, 1e99}) {
+      const MeshData other = transformed(mesh, [&](const Vector3& x) { return Vector3(unit * x); });
+      const CageDeformation cage(other.mesh(), unit * points, of(coordinates));
+      EXPECT_LT(max_distance(cage.deform(unit * bent(mesh)) / unit, expected), 1e-9) << unit;
+    }
+  }
+}
+
 /// What is in no face has no say.
 TEST(CageDeformation, LooseVerticesOfTheCageCarryNothing) {
   MeshData mesh = cube();
@@ -273,6 +286,10 @@ TEST(CageDeformationErrors, SayWhatIsWrong) {
   expect_error<InvalidInput>([&] { static_cast<void>(cage.deform(moved)); }, {"cage_positions", "vertex 5", "finite"});
   std::vector<float> few(5);
   expect_error<InvalidInput>([&] { cage.deform(mesh.positions(), few); }, {"out", "5", "9"});
+  std::vector<float> out(9);
+  expect_error<InvalidInput>([&] { cage.deform(1e60 * mesh.positions(), out); }, {"single precision", "far away"});
+  bad(1, 2) = 1e35;
+  expect_error<InvalidInput>(make(bad), {"points: row 1", "1e30 times the cage's size", "leave it out"});
   for (const int point : {-1, 3})
     expect_error<InvalidInput>([&] { static_cast<void>(cage.weights(point)); }, {"point", "0 to 2"});
 }
