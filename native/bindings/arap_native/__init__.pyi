@@ -291,7 +291,8 @@ class Model:
             vertices: (k,) integers, each at most once.
             strengths: (k,) numbers in (0, 1]; None: all hard. 1 is hard, s < 1 soft: it adds
                 omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3
-                the target pulls at a vertex as strongly as its neighbours do.
+                the target pulls at a vertex as strongly as its neighbours do. A part of the mesh that nothing holds
+                more strongly than 1e-9 is refused.
             patches: (offsets, vertices, weights), integers but for the weights: weighted averages held exactly; patch p
                 is the entries offsets[p]:offsets[p + 1].
             segments: (s, 2, 3) numbers, head and tail of bones at rest, for models with an inside. What is around one
@@ -829,7 +830,7 @@ class CageDeformation:
             (n, 3) float64; or ``out``.
 
         Raises:
-            ValueError: bad shape, or a position that is not finite.
+            ValueError: bad shape, a position that is not finite, or a result beyond single precision in ``out``.
         """
 
     def fit(self, positions: ArrayLike, smoothness: float = 1e-6) -> NDArray[np.float64]:

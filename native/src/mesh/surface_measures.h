@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "arap/error.h"
 #include "arap/mesh.h"
 
 namespace arap {
@@ -23,6 +24,12 @@ namespace arap {
 
 [[nodiscard]] inline Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
   return box_of_parts(mesh.positions(), mesh.part_of_vertex());
+}
+
+/// Throws InvalidInput for a mesh that is nowhere.
+inline void require_surface(const PolygonMesh& mesh) {
+  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
+    throw InvalidInput("the mesh has no faces or no size; give it faces");
 }
 
 /// Twice the vector area of a face: along its normal, as long as twice the area of its projection along the normal.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/input_checks.h"
 
+#include <algorithm>
 #include <string>
 
 #include "parallel/parallel.h"
@@ -27,11 +28,6 @@ void require_threads(int threads) {
     throw InvalidInput(text("threads = ", threads, ", must be 0 (as many as pay) to ", kMostThreads));
 }
 
-void require_inside(const PolygonMesh& mesh) {
-  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size, so it has no inside; give it faces");
-}
-
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected) {
   if (rows != expected) throw InvalidInput(text(what, " has ", rows, " rows, expected ", expected));
 }
@@ -42,6 +38,24 @@ void require_movable_patches(const Patches& patches, const std::vector<int>& par
       if (patches.weights[k] > 0 && part_of_vertex[patches.vertices[k]] < 0)
         throw InvalidInput(text("patch ", p, " contains loose vertex ", patches.vertices[k],
                                 ", which nothing can move; leave it out"));
+}
+
+void require_strength(const ConstraintSet& set, const std::vector<int>& part_of_vertex) {
+  constexpr double kWeakest = 1e-9;
+  if (set.strengths.empty() || !set.segments.empty()) return;
+  const auto n_parts = part_of_vertex.empty() ? 0 : 1 + *std::max_element(part_of_vertex.begin(), part_of_vertex.end());
+  std::vector<double> strongest(n_parts, 0);
+  const auto hold = [&](int vertex, double strength) {
+    const int part = part_of_vertex[vertex];
+    if (part >= 0) strongest[part] = std::max(strongest[part], strength);
+  };
+  for (size_t k = 0; k < set.vertices.size(); ++k) hold(set.vertices[k], set.strengths[k]);
+  for (size_t k = 0; k < set.patches.vertices.size(); ++k)
+    if (set.patches.weights[k] > 0) hold(set.patches.vertices[k], 1);
+  for (const int v : set.vertices)
+    if (part_of_vertex[v] >= 0 && strongest[part_of_vertex[v]] < kWeakest)
+      throw InvalidInput(text("vertex ", v, " is in a part whose largest strength is ", strongest[part_of_vertex[v]],
+                              ", which is lost in rounding below 1e-9; hold that part more strongly or leave it out"));
 }
 
 void require_no_segments(const ConstraintSet& set) {

@@ -20,9 +20,6 @@ namespace arap {
 /// An option.
 void require_threads(int threads);
 
-/// What is about to be cut into cubes.
-void require_inside(const PolygonMesh& mesh);
-
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected);
 
 /// Finite and below 1e100.
@@ -38,6 +35,10 @@ void require_finite(const char* what, const Positions& positions, const Name& na
 /// No patch may contain an isolated vertex, which nothing could move.
 /// @param part_of_vertex  (n,) -1 = isolated
 void require_movable_patches(const Patches& patches, const std::vector<int>& part_of_vertex);
+
+/// A part that only soft constraints hold needs one that rounding does not drown. Bones may hold any.
+/// @param part_of_vertex  as above
+void require_strength(const ConstraintSet& set, const std::vector<int>& part_of_vertex);
 
 /// For models without an inside.
 void require_no_segments(const ConstraintSet& set);

@@ -19,6 +19,7 @@ void UserVertices::require_constraints(const ConstraintSet& constraints) const {
   constraints.validate(size());
   require_no_segments(constraints);
   require_movable_patches(constraints.patches, part_of_vertex_);
+  require_strength(constraints, part_of_vertex_);
 }
 
 Positions UserVertices::checked_to_model(const Positions& positions) const {

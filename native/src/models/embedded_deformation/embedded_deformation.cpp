@@ -6,6 +6,7 @@
 
 #include "base/format_message.h"
 #include "geometry/rotation.h"
+#include "mesh/surface_measures.h"
 #include "models/embedded_deformation/newton_steps.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
@@ -221,8 +222,7 @@ struct EmbeddedDeformation::Impl {
 EmbeddedDeformation::EmbeddedDeformation(const PolygonMesh& mesh, const EmbeddedOptions& options,
                                          const Progress& progress) {
   options.validate();
-  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size, so no graph lies on it; give it faces");
+  require_surface(mesh);
   impl_ = std::make_unique<Impl>(mesh, options, progress);
 }
 

@@ -12,6 +12,7 @@
 #include "base/format_message.h"
 #include "lattice/lattice.h"
 #include "lattice/segment_core.h"
+#include "mesh/surface_measures.h"
 #include "models/input_checks.h"
 #include "models/lattice_arap/exact_vertices.h"
 #include "models/lattice_arap/held_segments.h"
@@ -244,7 +245,7 @@ LatticeArap::LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options,
                          const Progress& progress) {
   options.validate();
   properties.validate(mesh.n_vertices());
-  require_inside(mesh);
+  require_surface(mesh);
   impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
   Meter(progress, "binding was cancelled").reach(1);
 }
@@ -257,6 +258,7 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   constraints.validate(n_vertices());
   ConstraintSet of_model = impl_->space.to_model(constraints);
   require_movable_patches(of_model.patches, impl_->mesh.part_of_vertex());
+  require_strength(of_model, impl_->mesh.part_of_vertex());
   if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
   auto held = std::make_unique<Held>(*impl_->lattice, impl_->areas, of_model);
   ConstraintSet copy = constraints;

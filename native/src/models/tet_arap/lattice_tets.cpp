@@ -8,6 +8,7 @@
 #include "arap/lattice_arap.h"
 #include "base/format_message.h"
 #include "lattice/lattice.h"
+#include "mesh/surface_measures.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
 
@@ -79,7 +80,7 @@ LatticeTets LatticeTets::around(const PolygonMesh& surface, double cube_size) {
   LatticeOptions options;
   options.cube_size = cube_size;
   options.validate();
-  require_inside(surface);
+  require_surface(surface);
   const ModelSpace space(surface);
   const PolygonMesh model = space.make_model(surface);
   const double size = choose_cube_size(model, cube_size, 1);
