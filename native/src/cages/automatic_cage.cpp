@@ -303,8 +303,7 @@ PolygonMesh make_cage(const PolygonMesh& mesh, int cells) {
   constexpr int kMost = 50;
   if (cells < kFewest || cells > kMost)
     throw InvalidInput(text("cells = ", cells, ", must be >= ", kFewest, " and <= ", kMost));
-  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size, so no cage fits it; give it faces");
+  require_surface(mesh);
   const SolidCubes cubes(mesh, surface_box(mesh).sizes().maxCoeff() / cells);
   Quads quads(cubes);
   Smoother smoother(quads, mesh, cubes.grid());

@@ -24,12 +24,6 @@ using Corners = std::array<int, 3>;
 /// A lower triangle is left out: its hats lose as many digits as it is low, and what it adds is as small.
 constexpr double kLeastHeight = 1e-8;
 
-/// Twice its area, along its normal.
-Row area_vector(const Positions& p, const Corners& corners) {
-  const Row first = p.row(corners[0]);
-  return Row(p.row(corners[1]) - first).cross(Row(p.row(corners[2]) - first));
-}
-
 /// The two triangles of a quad on both sides of the diagonal from corner `from`.
 std::array<Corners, 2> halves(std::span<const int> face, int from) {
   const auto corner = [&](int k) { return face[(from + k) % 4]; };
@@ -39,7 +33,7 @@ std::array<Corners, 2> halves(std::span<const int> face, int from) {
 /// Whether the triangles are on the side of the face, so that the diagonal is inside of it.
 bool is_inside(const Positions& p, const std::array<Corners, 2>& triangles, const Row& of_face) {
   return std::all_of(triangles.begin(), triangles.end(),
-                     [&](const Corners& corners) { return area_vector(p, corners).dot(of_face) > 0; });
+                     [&](const Corners& corners) { return twice_vector_area(p, corners).dot(of_face) > 0; });
 }
 
 void set_linear(double* function, const Row& gradient, const Row& zero) {
@@ -97,7 +91,7 @@ class Cage::Builder {
 
   void add_triangle(const Corners& corners, double share) {
     const Positions& p = cage_.vertices_;
-    const Row twice_area = area_vector(p, corners);
+    const Row twice_area = twice_vector_area(p, corners);
     double longest = 0;
     for (int k = 0; k < 3; ++k) longest = std::max(longest, (p.row(corners[k]) - p.row(corners[(k + 1) % 3])).norm());
     if (!(twice_area.norm() > kLeastHeight * longest)) return;

@@ -56,6 +56,23 @@ class DistanceQueue {
   std::uint64_t last_ = 0;
 };
 
+/// Shortens distances along the graph, from the vertices in the queue on.
+/// @param distance  (n,) at most what is known
+/// @param reach     reach(from, to) takes note of a shorter way, or returns false: there is none
+template <class Reach>
+void shorten_distances(const EdgeGraph& graph, DistanceQueue& queue, std::vector<float>& distance, const Reach& reach) {
+  while (!queue.empty()) {
+    const auto [so_far, near] = queue.pop();
+    if (so_far > distance[near]) continue;
+    for (const EdgeGraph::Arc& arc : graph.arcs(near)) {
+      const float further = so_far + arc.length;
+      if (further >= distance[arc.vertex] || !reach(near, arc.vertex)) continue;
+      distance[arc.vertex] = further;
+      queue.push({further, arc.vertex});
+    }
+  }
+}
+
 /// Shortest paths from a few vertices up to a radius, for many calls.
 class TruncatedDijkstra {
  public:

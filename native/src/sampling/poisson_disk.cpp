@@ -45,17 +45,11 @@ class Sampler {
     distance_[vertex] = 0;
     nearest_[vertex] = sample;
     queue_.push({0, vertex});
-    while (!queue_.empty()) {
-      const auto [distance, near] = queue_.pop();
-      if (distance > distance_[near]) continue;
-      for (const EdgeGraph::Arc& arc : graph_.arcs(near)) {
-        const float further = distance + arc.length;
-        if (further >= distance_[arc.vertex] || !is_same_group(vertex, arc.vertex)) continue;
-        distance_[arc.vertex] = further;
-        nearest_[arc.vertex] = sample;
-        queue_.push({further, arc.vertex});
-      }
-    }
+    shorten_distances(graph_, queue_, distance_, [&](int /*from*/, int to) {
+      if (!is_same_group(vertex, to)) return false;
+      nearest_[to] = sample;
+      return true;
+    });
   }
 
  private:

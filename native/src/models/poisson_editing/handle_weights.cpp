@@ -32,17 +32,10 @@ Nearest find_nearest(const EdgeGraph& graph, const std::vector<HandleVertex>& ha
     nearest.row[source.vertex] = source.row;
     queue.push({0, source.vertex});
   }
-  while (!queue.empty()) {
-    const auto [distance, near] = queue.pop();
-    if (distance > nearest.distance[near]) continue;
-    for (const EdgeGraph::Arc& arc : graph.arcs(near)) {
-      const float further = distance + arc.length;
-      if (further >= nearest.distance[arc.vertex]) continue;
-      nearest.distance[arc.vertex] = further;
-      nearest.row[arc.vertex] = nearest.row[near];
-      queue.push({further, arc.vertex});
-    }
-  }
+  shorten_distances(graph, queue, nearest.distance, [&](int from, int to) {
+    nearest.row[to] = nearest.row[from];
+    return true;
+  });
   return nearest;
 }
 
