@@ -38,13 +38,14 @@ void for_each_triangle(const PolygonMesh& mesh, const Visit& visit) {
                                mesh.positions().row(mesh.face(f)[k + 1])});
 }
 
-/// Solid cubes around and inside of a mesh. The cubes at the ends of the grid are empty.
+/// Solid cubes around and inside of a mesh.
 class SolidCubes {
  public:
-  SolidCubes(const PolygonMesh& mesh, double size) {
+  /// @param room  empty cubes on each side of the mesh, for contacts to fill
+  SolidCubes(const PolygonMesh& mesh, double size, int room) {
     Eigen::AlignedBox3d box = surface_box(mesh);
-    box.min().array() -= 2 * size;
-    box.max().array() += 2 * size;
+    box.min().array() -= room * size;
+    box.max().array() += room * size;
     grid_ = grid_around(box, size);
     is_solid_.assign(static_cast<size_t>(grid_.counts[0]) * grid_.counts[1] * grid_.counts[2], 0);
     add_surface(mesh);
@@ -54,6 +55,16 @@ class SolidCubes {
 
   [[nodiscard]] const CubeGrid& grid() const { return grid_; }
   [[nodiscard]] bool is_solid(const Cube& cube) const { return is_solid_[grid_.index(cube)] != 0; }
+
+  /// Whether one is at the end of the grid, where a face would have nothing beside it.
+  [[nodiscard]] bool fills_room() const {
+    for (int k = 0; k < static_cast<int>(is_solid_.size()); ++k) {
+      const Cube cube = grid_.cube(k);
+      for (int axis = 0; axis < 3; ++axis)
+        if (is_solid_[k] != 0 && (cube[axis] == 0 || cube[axis] + 1 == grid_.counts[axis])) return true;
+    }
+    return false;
+  }
 
   template <class Visit>
   void for_each(const Visit& visit) const {
@@ -97,8 +108,8 @@ class SolidCubes {
     for (size_t k = 0; k < is_solid_.size(); ++k) is_solid_[k] = is_outside[k] != 0 ? 0 : 1;
   }
 
-  /// Fills the blocks of eight cubes whose solid or empty cubes touch at edges or corners alone, all at once. There the
-  /// surface would not be a manifold.
+  /// Joins what is solid in the blocks of eight cubes whose solid or empty cubes touch at edges or corners alone, in
+  /// all at once. There the surface would not be a manifold.
   bool fill_contacts() {
     std::vector<Cube> blocks;
     Cube low{};
@@ -106,9 +117,23 @@ class SolidCubes {
       for (low[1] = 0; low[1] + 1 < grid_.counts[1]; ++low[1])
         for (low[2] = 0; low[2] + 1 < grid_.counts[2]; ++low[2])
           if (!is_joined(low, true) || !is_joined(low, false)) blocks.push_back(low);
-    for (const Cube& block : blocks)
-      for (int k = 0; k < 8; ++k) is_solid_[grid_.index(in_block(block, k))] = 1;
+    std::vector<int> joints;
+    for (const Cube& block : blocks) add_joints(block, joints);
+    for (const int cube : joints) is_solid_[cube] = 1;
     return !blocks.empty();
+  }
+
+  /// The empty cubes of a block that join two of its solid ones; all that are empty if none does. To fill more would
+  /// make contacts of its own, and a thin wavy sheet thick.
+  void add_joints(const Cube& block, std::vector<int>& joints) const {
+    const auto is_filled = [&](int k) { return is_solid(in_block(block, k)); };
+    const size_t n_before = joints.size();
+    for (const int least : {2, 0}) {
+      for (int k = 0; k < 8; ++k)
+        if (!is_filled(k) && is_filled(k ^ 1) + is_filled(k ^ 2) + is_filled(k ^ 4) >= least)
+          joints.push_back(grid_.index(in_block(block, k)));
+      if (joints.size() > n_before) return;
+    }
   }
 
   static Cube in_block(const Cube& low, int k) { return {low[0] + k / 4, low[1] + k / 2 % 2, low[2] + k % 2}; }
@@ -304,7 +329,10 @@ PolygonMesh make_cage(const PolygonMesh& mesh, int cells) {
   if (cells < kFewest || cells > kMost)
     throw InvalidInput(text("cells = ", cells, ", must be >= ", kFewest, " and <= ", kMost));
   require_surface(mesh);
-  const SolidCubes cubes(mesh, surface_box(mesh).sizes().maxCoeff() / cells);
+  const double size = surface_box(mesh).sizes().maxCoeff() / cells;
+  int room = 2;
+  SolidCubes cubes(mesh, size, room);
+  while (cubes.fills_room()) cubes = SolidCubes(mesh, size, room *= 2);
   Quads quads(cubes);
   Smoother smoother(quads, mesh, cubes.grid());
   for (int k = 0; k < kSteps; ++k) smoother.step();

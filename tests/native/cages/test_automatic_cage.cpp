@@ -50,6 +50,17 @@ TEST(AutomaticCage, IsAManifoldAroundTheMesh) {
   }
 }
 
+/// Cubes touch at edges where a sheet rises by as much as it is long; what joins them must not fill the room around it.
+TEST(AutomaticCage, OfAThinWavySheetIsThin) {
+  const MeshData sheet =
+      grid(19, Faces::kQuads, [](double x, double y) { return .016 * std::sin(38 * x) * std::cos(32 * y); });
+  for (const int cells : {8, 10, 16, 25}) {
+    const arap::PolygonMesh cage = make_cage(sheet.mesh(), cells);
+    expect_manifold(cage, sheet.name);
+    EXPECT_LT(cage.positions().col(2).maxCoeff(), .016 + 2.0 / cells) << cells;
+  }
+}
+
 TEST(AutomaticCage, CarriesTheMesh) {
   const MeshData mesh = bumpy_sphere(3);
   const arap::PolygonMesh cage = make_cage(mesh.mesh());
