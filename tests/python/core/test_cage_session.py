@@ -10,7 +10,7 @@ from arap_deform.core.cages.session import Cage, CageSession
 from arap_deform.core.mirror import Mirror
 from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.session_input import CageHold, MeshSignature, SessionInput, difference, difference_of_scene
-from arap_deform.core.transforms import TOO_FAR, stretch_of
+from arap_deform.core.transforms import stretch_of
 from sample_meshes import tube
 
 TUBE = tube()
@@ -74,9 +74,8 @@ def test_what_is_shown_can_be_set_and_a_refused_update_leaves_it():
     shown = session.positions.copy()
     with pytest.raises(ValueError, match="cage_positions"):
         session.update(AROUND.rest_positions[1:])
-    with pytest.raises(RuntimeError) as caught:
+    with pytest.raises(ValueError, match="beyond the range of single precision"):
         session.update(AROUND.rest_positions + 1e39)
-    assert str(caught.value) == TOO_FAR
     with pytest.raises(ValueError, match=r"^positions have shape \(3, 3\), expected \(96, 3\)$"):
         session.set_positions(np.eye(3))
     np.testing.assert_array_equal(session.positions, shown)

@@ -116,8 +116,8 @@ class CageSession:
             _solving: what Session.update() takes besides. There is nothing to iterate.
 
         Raises:
-            ValueError: wrong shape, or not finite. RuntimeError: too far away for single precision. The mesh stays
-                where it was.
+            ValueError: wrong shape, not finite, or too far away for single precision; the last also as a RuntimeError.
+                The mesh stays where it was.
         """
         start = time.perf_counter()
         self._model.deform(self._space.to_solver(np.asarray(cage_positions, dtype=np.float64)), out=self._solved)
