@@ -27,6 +27,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,7 @@ def answer(module: Any, command: dict[str, Any]) -> dict[str, Any]:
 
 def serve(do: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
     """Answers commands until there are no more; why one fails is its answer."""
+    os.chdir(gettempdir())  # some libraries leave files where they are
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
