@@ -3,7 +3,7 @@
 
 import pytest
 from measure.pages import marks
-from measure.pages.compare import inputs
+from measure.pages.compare import acts, inputs
 from measure.pages.limbs import cost, limb_cells
 from measure.pages.markdown import markdown, not_run_lines, number, replace_section
 from measure.pages.peers import near_ms, round_ratio
@@ -99,3 +99,7 @@ def test_a_model_that_did_not_do_all_tasks_has_no_mark(row):
 def test_models_that_are_given_the_same_share_a_line():
     given = {"solid": "Targets.", "Poisson": "Targets and turns.", "surface": "Targets."}
     assert inputs(given) == "- solid; surface: Targets.\n- Poisson: Targets and turns."
+
+
+def test_the_same_acts_are_counted():
+    assert acts(["a pin", "a bone", "a bone"]) == "a pin, 2 times a bone"

@@ -8,6 +8,7 @@ Prints the names of the pictures that the document shows.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -112,6 +113,11 @@ def task_table(entry: Row) -> str:
     return joined(title, markdown(("model", *columns), lines), "\n".join(reasons))
 
 
+def acts(done: Sequence[str]) -> str:
+    """One after the other; the same ones are counted."""
+    return ", ".join(f"{n} times {act}" if n > 1 else act for act, n in Counter(done).items())
+
+
 def inputs(given: dict[str, str]) -> str:
     """A line for each sentence about what models are given, with those of which it is true."""
     return "\n".join(
@@ -140,7 +146,7 @@ def set_up(data: Row, models: Sequence[str]) -> str:
         dirty = data["dirty"].get(model, {})
         bound = f"{dirty['n_bound']} of {dirty['n_meshes']}" if "n_bound" in dirty else NOTHING
         if rows:
-            lines.append((model, ", ".join(rows[0]["acts"]), bound))
+            lines.append((model, acts(rows[0]["acts"]), bound))
     return markdown(("model", "acts of a person", "dirty meshes"), lines, 2)
 
 

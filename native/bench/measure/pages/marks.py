@@ -79,9 +79,12 @@ def share_bound(data: Row, model: str) -> float | None:
 
 TWISTS = "rod_twist_by_180", "bar_twist_by_135"
 BENDS = "rod_bend_by_120", "bar_bend_by_90"
+RODS = "rod_twist_by_180", "rod_bend_by_120"
 CRITERIA = (
-    Criterion("twist", "thinnest part after a twist, of that at rest", lowest("thin", *TWISTS), (0.9, 0.75, 0.5)),
-    Criterion("bend", "thinnest part after a bend", lowest("thin", *BENDS), (0.9, 0.75, 0.5)),
+    Criterion("volume", "what is left of it after twists and bends", lowest("volume", *TWISTS, *BENDS),
+              (0.95, 0.85, 0.7), 100, " %"),
+    Criterion("limb", "what is left of the smallest section of a round one", lowest("section", *RODS),
+              (0.95, 0.85, 0.5), 100, " %"),
     Criterion("smooth", "largest change of a dihedral angle in these", highest("max_deg", *TWISTS, *BENDS),
               (10, 20, 45), unit="°"),
     Criterion("move", "the same in the sheet that is pulled up", highest("max_deg", "plane_pulled_up"), (15, 20, 45),
