@@ -49,11 +49,12 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
 def _copied(target: bpy.types.Object) -> bpy.types.Object:
     """With an animation, and if it is a cage a mesh, of its own."""
     twin = target.copy()
-    if twin.data is not None:
+    if twin.type == "MESH":  # an empty may show an image, which both may show
         twin.data = twin.data.copy()
-    animation = twin.animation_data
-    if animation is not None and animation.action is not None:
-        animation.action = animation.action.copy()
+    for data in (twin, getattr(twin.data, "shape_keys", None)):
+        animation = data.animation_data if data else None
+        if animation is not None and animation.action is not None:
+            animation.action = animation.action.copy()
     return twin
 
 

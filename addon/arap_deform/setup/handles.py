@@ -172,10 +172,10 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
         raise ValueError(f"'{target.name}' is in another mode: go back to Object Mode first")
     HANDLES.remove(obj, index)
     if target is not None and not _is_used(target):
-        data = target.data
+        mesh = target.data if target.type == "MESH" else None  # of a cage; an empty may show an image of the artist's
         bpy.data.objects.remove(target)
-        if data is not None and not data.users:  # that of a cage
-            bpy.data.meshes.remove(data)
+        if mesh is not None and not mesh.users:
+            bpy.data.meshes.remove(mesh)
 
 
 def take_over(obj: bpy.types.Object, *entries: Entry) -> None:

@@ -201,6 +201,7 @@ class CageTest(SceneTest):
 
     def test_a_copy_of_the_mesh_gets_a_cage_of_its_own(self):
         obj, cage = self.following()
+        cage.shape_key_add(name="Basis").keyframe_insert("value", frame=1)
         twin = obj.copy()
         twin.data = obj.data.copy()
         self.scene.collection.objects.link(twin)
@@ -215,6 +216,8 @@ class CageTest(SceneTest):
         self.api.copy_handles(twin)
         own = twin.arap.handles[0].target
         self.assertEqual((own.parent, own.data == cage.data), (twin, False))
+        actions = {key.animation_data.action for key in (cage.data.shape_keys, own.data.shape_keys)}
+        self.assertEqual(len(actions - {None}), 2)
         self.api.solve(twin)
         self.assert_close(key_positions(twin), rest_positions(twin), 1e-6)
 

@@ -311,6 +311,20 @@ class HandleTest(SceneTest):
                 self.assertEqual(len(obj.arap.handles), 0)
         self.assertIn("Control", bpy.data.objects)
 
+    def test_the_image_that_a_made_empty_shows_is_the_artists(self):
+        obj = posable()
+        empty = obj.arap.handles[0].target
+        empty.empty_display_type, empty.data = "IMAGE", bpy.data.images.new("Photo", 8, 8)
+        twin = obj.copy()
+        twin.data = obj.data.copy()
+        self.scene.collection.objects.link(twin)
+        bpy.context.view_layer.update()
+        self.api.copy_handles(twin)
+        self.assertEqual(twin.arap.handles[0].target.data, empty.data)
+        for mesh in (twin, obj):
+            self.api.remove_handle(mesh, 0)
+            self.assertEqual(list(bpy.data.images.keys()), ["Photo"])
+
     def test_a_new_name_is_that_of_what_was_made_for_the_handle_too(self):
         obj = mesh_object()
         made, chosen = self.api.add_handle(obj, TOP, name="Top"), self.api.add_handle(obj, MIDDLE, name="Waist")
