@@ -14,6 +14,7 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
+from ..core.cages.shape import CageShape
 from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
 from ..scene.cages import place as cages
 from ..setup.handles import take_over
@@ -40,7 +41,7 @@ class PoseState:
     transforms: Transforms
     empties: dict[int, str]
     shapes: staying.Shapes
-    cage_shapes: dict[int, cages.CageShape]
+    cage_shapes: dict[int, CageShape]
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:

@@ -9,6 +9,7 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ..core.arrays import Floats
+from ..core.cages.shape import CageShape
 
 # Files store the numbers, so an item keeps its number.
 COORDINATES = (
@@ -37,7 +38,10 @@ COORDINATES = (
 
 
 class CageRest:
-    """A mixin for handles. The shape at rest is saved: the artist edits the cage itself."""
+    """A mixin for handles. The shape at rest is saved: the artist edits the cage itself.
+
+    It is saved twice, as the mesh sees it, and as the artist edits it: modifiers and shape keys are between the two.
+    """
 
     is_cage: BoolProperty(options={"HIDDEN"}, description="Its object is a cage, which moves the whole mesh")
     coordinates: EnumProperty(
@@ -51,6 +55,10 @@ class CageRest:
         description="Positions of the cage's vertices at rest, in the space of the mesh (float64), base64",
     )
 
+    cage_shape_text: StringProperty(
+        options={"HIDDEN"}, description="What the artist edits of the cage, at rest; see CageShape in core/cages"
+    )
+
     @property
     def cage_rest(self) -> Floats:
         """(c, 3) float64 positions of the cage's vertices at rest; none if what is saved is damaged."""
@@ -61,9 +69,15 @@ class CageRest:
             return np.zeros((0, 3))
         return positions if np.isfinite(positions).all() else np.zeros((0, 3))
 
-    def set_cage_rest(self, positions: Floats) -> None:
-        """See cage_rest."""
+    @property
+    def cage_shape(self) -> CageShape | None:
+        """What the artist edits of the cage, at rest, with the shape keys that shape it there; None if damaged."""
+        return CageShape.from_text(self.cage_shape_text)
+
+    def set_cage_rest(self, positions: Floats, shape: CageShape) -> None:
+        """See cage_rest and cage_shape."""
         self.cage_text = base64.b64encode(positions.astype("<f8").tobytes()).decode()
+        self.cage_shape_text = shape.to_text()
 
     @property
     def cage_rest_id(self) -> int:

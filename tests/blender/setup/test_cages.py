@@ -174,6 +174,54 @@ class CageTest(SceneTest):
         modifier.direction, modifier.mid_level, modifier.strength = "X", 0.0, 0.25
         self.assertEqual(self.api.reset_handles(obj), ["Tube Cage"])
 
+    def test_reset_handles_leaves_to_modifiers_and_shape_keys_what_they_do_at_rest(self):
+        obj, cage = mesh_object(), box(mesh_object())
+        modifier = cage.modifiers.new("Move", "DISPLACE")
+        modifier.direction, modifier.mid_level, modifier.strength = "X", 0.0, 0.25
+        for name, value in (("Basis", 0.0), ("Up", 0.5), ("Smile", 0.0)):
+            cage.shape_key_add(name=name).value = value
+        keys = cage.data.shape_keys.key_blocks
+        for point in keys["Up"].data:
+            point.co.z += 1.0
+        bpy.context.view_layer.update()
+        self.api.add_cage(obj, cage)
+        at_rest = [key_positions(cage, name) for name in ("Basis", "Up")]
+        for active in range(3):
+            cage.active_shape_key_index = active
+            edit(cage, lift)
+            bpy.ops.object.mode_set(mode="OBJECT")
+        keys["Up"].value, keys["Smile"].value = 0.9, 0.3
+        offset = key_positions(cage, "Smile") - key_positions(cage, "Basis")
+        for mode, held in (("OBJECT", []), ("OBJECT", []), ("EDIT", ["Box"])):  # in which the active key shows alone
+            with self.subTest(mode):
+                bpy.ops.object.mode_set(mode=mode)
+                self.assertEqual(self.api.reset_handles(obj), held)
+                bpy.ops.object.mode_set(mode="OBJECT")
+                self.assert_close(key_positions(cage, "Basis"), at_rest[0], 0.0)
+                self.assert_close(key_positions(cage, "Up"), at_rest[1], 0.0)
+                self.assert_close(key_positions(cage, "Smile"), at_rest[0] + offset, 1e-6)
+                self.assert_close([key.value for key in keys], (0.0, 0.5, 0.0), 1e-6)
+                cage.active_shape_key_index = 1
+                edit(cage, lift)
+
+    def test_a_damaged_shape_of_a_cage_is_not_written(self):
+        obj, cage = self.following()
+        edit(cage, lift)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        edited = [v.co[:] for v in cage.data.vertices]
+        nan = base64.b64encode(np.full(3, np.nan, np.float32).tobytes()).decode()
+        keys = '{"positions": "", "keys": {"Up": [%s]}}'
+        for text in (
+            "",
+            "[]",
+            '{"positions": "", "keys": {}}',
+            f'{{"positions": "{nan}", "keys": {{}}}}',
+            keys % '"", NaN',
+        ):
+            obj.arap.handles[0].cage_shape_text = text
+            self.assertEqual(self.api.reset_handles(obj), ["Tube Cage"])
+            self.assert_close([v.co[:] for v in cage.data.vertices], edited, 0.0)
+
     def test_apply_pose_as_rest_makes_the_cage_rest_where_it_is(self):
         obj, cage = self.following()
         edit(cage, lift)

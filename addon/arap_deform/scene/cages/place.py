@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import bmesh
@@ -13,7 +12,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.arrays import Float32s
-from ...core.transforms import transformed
+from ...core.cages.shape import CageShape
 from .. import handle_motion, meshes, versions
 from . import read
 
@@ -23,25 +22,13 @@ if TYPE_CHECKING:
 AT_REST = 1e-5  # as a fraction of the cage's size: as near as Blender's single precision brings it
 
 
-@dataclass(frozen=True)
-class CageShape:
-    """What the artist edits of a cage; no Blender data.
-
-    Attributes:
-        positions: (c, 3) of the mesh itself.
-        keys: (c, 3) of each shape key, by name, and its value.
-    """
-
-    positions: Float32s
-    keys: Mapping[str, tuple[Float32s, float]]
-
-
 def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> None:
     """Makes the present shape of a cage its rest, at which the mesh is as it is shown now: it must not jump."""
     world = handle_motion.object_matrix(obj, depsgraph)
-    if handle.target.data.is_editmode:
-        handle.target.update_from_editmode()  # its faces are read from the mesh
-    handle.set_cage_rest(read.evaluated_positions(handle.target, depsgraph, world))
+    shape = _shape_of(handle.target)  # it brings the mesh up to date, of which the faces are read
+    shown_keys = {name: of_key for name, of_key in shape.keys.items() if _is_shown(handle.target, name)}
+    positions = read.evaluated_positions(handle.target, depsgraph, world)
+    handle.set_cage_rest(positions, CageShape(shape.positions, shown_keys))
     handle.rest = Matrix(np.linalg.inv(world) @ meshes.read_matrix(handle.target, depsgraph))
     rest = meshes.read_rest(obj)
     shown = handle_motion.shown_positions(obj, rest)
@@ -64,25 +51,26 @@ def restore(obj: bpy.types.Object, shapes: Mapping[int, CageShape]) -> None:
 
 
 def put_to_rest(obj: bpy.types.Object, handle: ArapHandle) -> bool:
-    """Puts the object of a cage that works, and its vertices, back to rest. Shape keys go to 0.
+    """Puts the object of a cage that works, and its vertices, back to rest.
+
+    Shape keys that do not shape it at rest keep their offsets from it, and go to 0.
 
     Returns:
         Whether it is at rest now: a modifier, or an animation, may keep it elsewhere.
     """
-    target, rest = handle.target, handle.cage_rest
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    world = handle_motion.object_matrix(obj, depsgraph)
-    target.matrix_world = Matrix(world @ np.array(handle.rest, dtype=np.float64))
-    if _is_editable(handle):
-        at_rest = np.array(handle.rest, dtype=np.float64)
-        local = transformed(np.asarray(np.linalg.inv(at_rest)), rest).astype(np.float32)
-        keys = target.data.shape_keys
-        of_keys = {} if keys is None else {key.name: (versions.read_key(key), 0.0) for key in keys.key_blocks}
-        if keys is not None:
-            of_keys[keys.reference_key.name] = (local, keys.reference_key.value)
-        _restore(target, CageShape(local, of_keys))
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    now = read.evaluated_positions(target, depsgraph, handle_motion.object_matrix(obj, depsgraph))
+    if _is_at_rest(obj, handle):
+        return True
+    world = handle_motion.object_matrix(obj, bpy.context.evaluated_depsgraph_get())
+    handle.target.matrix_world = Matrix(world @ np.array(handle.rest, dtype=np.float64))
+    shape = handle.cage_shape
+    if shape is not None and _is_editable(handle):
+        _restore(handle.target, shape)
+    return _is_at_rest(obj, handle)
+
+
+def _is_at_rest(obj: bpy.types.Object, handle: ArapHandle) -> bool:
+    depsgraph, rest = bpy.context.evaluated_depsgraph_get(), handle.cage_rest
+    now = read.evaluated_positions(handle.target, depsgraph, handle_motion.object_matrix(obj, depsgraph))
     return now.shape == rest.shape and bool(np.abs(now - rest).max() <= AT_REST * np.ptp(rest, axis=0).max())
 
 
@@ -92,37 +80,52 @@ def _is_editable(handle: ArapHandle) -> bool:
 
 
 def _shape_of(cage: bpy.types.Object) -> CageShape:
-    keys = {key.name: (versions.read_key(key), key.value) for key in _keys_of(cage)}
-    if not cage.data.is_editmode:
-        return CageShape(versions.read_positions(cage.data), keys)
-    vertices = bmesh.from_edit_mesh(cage.data).verts
-    positions = np.array([vertex.co for vertex in vertices], dtype=np.float32).reshape(-1, 3)
-    if keys:  # what is edited is the active one
-        keys[cage.active_shape_key.name] = (positions, cage.active_shape_key.value)
-    return CageShape(positions, keys)
+    if cage.data.is_editmode:
+        cage.update_from_editmode()
+    keys = {key.name: (versions.read_key(key), key.value) for key in _other_keys(cage)}
+    return CageShape(meshes.read_rest(cage), keys)
 
 
-def _keys_of(cage: bpy.types.Object) -> list[bpy.types.ShapeKey]:
-    return [] if cage.data.shape_keys is None else list(cage.data.shape_keys.key_blocks)
+def _other_keys(cage: bpy.types.Object) -> list[bpy.types.ShapeKey]:
+    """All but the reference."""
+    return [] if cage.data.shape_keys is None else list(cage.data.shape_keys.key_blocks[1:])
+
+
+def _is_shown(cage: bpy.types.Object, key: str) -> bool:
+    """Whether the cage takes a shape from the key."""
+    is_alone = cage.data.is_editmode or cage.show_only_shape_key  # the active key
+    return bool(cage.data.shape_keys.key_blocks[key].value) or (is_alone and cage.active_shape_key.name == key)
 
 
 def _restore(cage: bpy.types.Object, shape: CageShape) -> None:
-    keys = [key for key in _keys_of(cage) if key.name in shape.keys]
-    for key in keys:
-        key.value = shape.keys[key.name][1]
-    if cage.data.is_editmode:
-        active = cage.active_shape_key
-        _write_edited(cage.data, shape.keys[active.name][0] if active in keys else shape.positions)
-    elif len(cage.data.vertices) == len(shape.positions):
-        versions.write_positions(cage.data, shape.positions)
-        for key in keys:
-            versions.write_key(key, shape.keys[key.name][0])
-    cage.data.update_tag()
+    """Restores the mesh and the keys of the shape; other keys keep their offsets, and go to 0."""
+    now = _shape_of(cage)
+    if len(now.positions) != len(shape.positions):
+        return
+    shift = shape.positions - now.positions
+    shapes = {name: shape.keys.get(name, (positions + shift, 0.0)) for name, (positions, _) in now.keys.items()}
+    for key in _other_keys(cage):
+        key.value = shapes[key.name][1]
+    _write(cage, shape.positions, {name: positions for name, (positions, _) in shapes.items()})
 
 
-def _write_edited(mesh: bpy.types.Mesh, positions: Float32s) -> None:
-    edited = bmesh.from_edit_mesh(mesh)
-    if len(edited.verts) == len(positions):
-        for vertex, position in zip(edited.verts, positions, strict=True):
+def _write(cage: bpy.types.Object, positions: Float32s, of_keys: Mapping[str, Float32s]) -> None:
+    mesh = cage.data
+    if mesh.shape_keys is not None:
+        of_keys = {mesh.shape_keys.reference_key.name: positions, **of_keys}
+    if mesh.is_editmode:
+        edited = bmesh.from_edit_mesh(mesh)
+        layers = edited.verts.layers.shape
+        shown = of_keys[cage.active_shape_key.name] if of_keys else positions
+        for name in layers.keys() & of_keys.keys():  # else leaving Edit Mode brings the former ones back
+            layer = layers[name]
+            for vertex, position in zip(edited.verts, of_keys[name], strict=True):
+                vertex[layer] = position
+        for vertex, position in zip(edited.verts, shown, strict=True):
             vertex.co = position
         bmesh.update_edit_mesh(mesh)
+    else:
+        versions.write_positions(mesh, positions)
+        for name, of_key in of_keys.items():
+            versions.write_key(mesh.shape_keys.key_blocks[name], of_key)
+    mesh.update_tag()
