@@ -150,7 +150,11 @@ class ARAP_OT_follow_end(ArapOperator, bpy.types.Operator):
     is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        end_following(obj, is_kept=self.is_kept)
+        for name in end_following(obj, is_kept=self.is_kept):
+            self.report(
+                {"WARNING"},
+                f"Cage '{name}' cannot go back, as it has other vertices or shape keys now: press Add Cage again",
+            )
 
 
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):

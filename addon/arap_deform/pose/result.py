@@ -14,7 +14,6 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
-from ..core.cages.shape import CageShape
 from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
 from ..scene.cages import place as cages
 from ..setup.handles import take_over
@@ -33,7 +32,7 @@ class PoseState:
         transforms: of every object and bone that moves a handle.
         empties: names of the empties that were made for handles, by the numbers of these.
         shapes: that pins and handles hold.
-        cage_shapes: of the cages, by the numbers of their handles.
+        cages: with their rests, by the numbers of their handles.
     """
 
     object_name: str
@@ -41,7 +40,7 @@ class PoseState:
     transforms: Transforms
     empties: dict[int, str]
     shapes: staying.Shapes
-    cage_shapes: dict[int, CageShape]
+    cages: dict[int, cages.CageState]
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -138,10 +137,13 @@ def capture_state(obj: bpy.types.Object) -> PoseState:
     return PoseState(obj.name, key, transforms, _empties_of(obj), shapes, cages.capture(obj))
 
 
-def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
+def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
     """Restores the handles, what pins and handles hold, the live key with its slider, and the session.
 
     Skips objects and bones that are gone. Pins and handles that are new since then hold the mesh as it is shown now.
+
+    Returns:
+        Names of the cages that stay as they are, as they have other vertices or shape keys now.
 
     Raises:
         ValueError: the mesh has another number of vertices; then only pins and handles go back.
@@ -150,7 +152,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     sessions.check_free(obj.name)
     empties = _empties_of(obj)  # they may have been renamed since then
     restore_transforms(state.transforms, {name: empties.get(i, name) for i, name in state.empties.items()})
-    cages.restore(obj, state.cage_shapes)
+    stayed = cages.restore(obj, state.cages)
     added = staying.restore_shapes(obj, state.shapes)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.name)
@@ -161,6 +163,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
             bound.session.set_positions(state.key.positions)
     if added:
         take_over(obj, *added)
+    return stayed
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:

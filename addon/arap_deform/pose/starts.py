@@ -26,8 +26,11 @@ def has_start(obj: bpy.types.Object) -> bool:
     return _start_of(obj) is not None
 
 
-def end_following(obj: bpy.types.Object, *, is_kept: bool) -> None:
+def end_following(obj: bpy.types.Object, *, is_kept: bool) -> list[str]:
     """Switches Follow off. Keeps the pose, or puts mesh and handles back to where they were when it was switched on.
+
+    Returns:
+        Names of the cages that could not be put back, see restore_state().
 
     Raises:
         ValueError: that is not known, or as restore_state(). RuntimeError: as restore_state().
@@ -37,8 +40,7 @@ def end_following(obj: bpy.types.Object, *, is_kept: bool) -> None:
         raise ValueError(f"'{obj.name}' followed when the file was opened: use Reset Handles, or Keep")
     sessions.check_free(obj.name)
     obj.arap.is_live = False
-    if not is_kept and start is not None:
-        restore_state(obj, start)
+    return restore_state(obj, start) if not is_kept and start is not None else []
 
 
 def _on_toggled(obj: bpy.types.Object) -> None:

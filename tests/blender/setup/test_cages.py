@@ -2,6 +2,7 @@
 """Cages: a closed mesh around the mesh moves all of it."""
 
 import base64
+from unittest import mock
 
 import bmesh
 import numpy as np
@@ -221,6 +222,51 @@ class CageTest(SceneTest):
             obj.arap.handles[0].cage_shape_text = text
             self.assertEqual(self.api.reset_handles(obj), ["Tube Cage"])
             self.assert_close([v.co[:] for v in cage.data.vertices], edited, 0.0)
+
+    def test_cancel_puts_the_rest_and_new_shape_keys_of_the_cage_back(self):
+        def add_again(obj, cage):
+            edit(cage, lift)
+            self.api.add_cage(obj, cage)
+
+        def add_keys(_obj, cage):
+            edit(cage, lift)
+            bpy.ops.object.mode_set(mode="OBJECT")
+            for name in ("Basis", "Up"):
+                cage.shape_key_add(name=name).value = 1.0
+            edit(cage, lift)
+
+        for change in (add_again, add_keys):
+            for mode in ("OBJECT", "EDIT"):
+                with self.subTest(change.__name__, mode=mode):
+                    self.setUp()
+                    obj, cage = self.following()
+                    change(obj, cage)
+                    bpy.ops.object.mode_set(mode=mode)
+                    self.assertEqual(module("pose.starts").end_following(obj, is_kept=False), [])
+                    bpy.ops.object.mode_set(mode="OBJECT")
+                    obj.arap.is_live = True
+                    bpy.context.view_layer.update()
+                    self.assert_close(shown_positions(obj), rest_positions(obj), 1e-6)
+
+    def test_cancel_names_a_cage_that_cannot_go_back_and_leaves_it(self):
+        obj, cage = self.following()
+        other = self.api.add_cage(obj, box(obj))
+        obj.arap.is_live = False
+        obj.arap.is_live = True
+        edit(cage, lift)
+        edited = bmesh.from_edit_mesh(cage.data)
+        bmesh.ops.subdivide_edges(edited, edges=edited.edges, cuts=1, use_grid_fill=True)
+        bmesh.update_edit_mesh(cage.data)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        rest = self.api.add_cage(obj, cage).cage_text
+        other.target = box(obj, 4.0, "Larger")
+        places = [v.co[:] for v in other.target.data.vertices]
+        operator = mock.Mock(is_kept=False)
+        module("pose.operators").ARAP_OT_follow_end.act(operator, bpy.context, obj)
+        text = "Cage 'Tube Cage' cannot go back, as it has other vertices or shape keys now: press Add Cage again"
+        operator.report.assert_called_once_with({"WARNING"}, text)
+        self.assertEqual(obj.arap.handles[0].cage_text, rest)
+        self.assert_close([v.co[:] for v in other.target.data.vertices], places, 0.0)
 
     def test_apply_pose_as_rest_makes_the_cage_rest_where_it_is(self):
         obj, cage = self.following()

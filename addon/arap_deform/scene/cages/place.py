@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import bmesh
@@ -22,6 +23,21 @@ if TYPE_CHECKING:
 AT_REST = 1e-5  # as a fraction of the cage's size: as near as Blender's single precision brings it
 
 
+@dataclass(frozen=True)
+class CageState:
+    """A cage and its rest; no Blender data.
+
+    Attributes:
+        target: name of the object that the artist has chosen, '' of a made one, which may be renamed.
+        rest: as saved: of its vertices for the mesh, of what is edited, and of its object.
+        shape: what the artist edits; None if it cannot be edited.
+    """
+
+    target: str
+    rest: tuple[str, str, tuple[float, ...]]
+    shape: CageShape | None
+
+
 def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> None:
     """Makes the present shape of a cage its rest, at which the mesh is as it is shown now: it must not jump."""
     world = handle_motion.object_matrix(obj, depsgraph)
@@ -38,16 +54,39 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
         handle.set_shape(np.arange(len(rest), dtype=np.int32), shown - rest, len(rest))
 
 
-def capture(obj: bpy.types.Object) -> dict[int, CageShape]:
-    """The shapes of the cages of a mesh, by the numbers of their handles."""
-    return {h.number: _shape_of(h.target) for h in obj.arap.handles if _is_editable(h)}
+def capture(obj: bpy.types.Object) -> dict[int, CageState]:
+    """What restore() restores, by the numbers of the handles."""
+    cages = [handle for handle in obj.arap.handles if handle.is_cage and handle.target is not None]
+    return {
+        cage.number: CageState(
+            _chosen(cage),
+            (cage.cage_text, cage.cage_shape_text, tuple(cage.rest_matrix)),
+            _shape_of(cage.target) if _is_editable(cage) else None,
+        )
+        for cage in cages
+    }
 
 
-def restore(obj: bpy.types.Object, shapes: Mapping[int, CageShape]) -> None:
-    """Restores what capture() returned. Passes over cages with another number of vertices."""
+def restore(obj: bpy.types.Object, states: Mapping[int, CageState]) -> list[str]:
+    """Puts cages and their rests back to what capture() returned. Passes over those for which another was chosen.
+
+    Returns:
+        Names of the cages that stay as they are, as they have other vertices or shape keys now.
+    """
+    stayed = []
     for handle in obj.arap.handles:
-        if _is_editable(handle) and handle.number in shapes:
-            _restore(handle.target, shapes[handle.number])
+        state = states.get(handle.number) if handle.is_cage and handle.target is not None else None
+        if state is None or state.target != _chosen(handle):
+            continue
+        if state.shape is not None and _is_editable(handle) and not _restore(handle.target, state.shape):
+            stayed.append(handle.name)
+        else:
+            handle.cage_text, handle.cage_shape_text, handle.rest_matrix = state.rest
+    return stayed
+
+
+def _chosen(handle: ArapHandle) -> str:
+    return "" if handle.has_made_target else str(handle.target.name_full)
 
 
 def put_to_rest(obj: bpy.types.Object, handle: ArapHandle) -> bool:
@@ -97,16 +136,21 @@ def _is_shown(cage: bpy.types.Object, key: str) -> bool:
     return bool(cage.data.shape_keys.key_blocks[key].value) or (is_alone and cage.active_shape_key.name == key)
 
 
-def _restore(cage: bpy.types.Object, shape: CageShape) -> None:
-    """Restores the mesh and the keys of the shape; other keys keep their offsets, and go to 0."""
+def _restore(cage: bpy.types.Object, shape: CageShape) -> bool:
+    """Restores the mesh and the keys of the shape; other keys keep their offsets, and go to 0.
+
+    Returns:
+        False if the cage has another number of vertices, or a key is gone; then nothing changes.
+    """
     now = _shape_of(cage)
-    if len(now.positions) != len(shape.positions):
-        return
+    if len(now.positions) != len(shape.positions) or not shape.keys.keys() <= now.keys.keys():
+        return False
     shift = shape.positions - now.positions
     shapes = {name: shape.keys.get(name, (positions + shift, 0.0)) for name, (positions, _) in now.keys.items()}
     for key in _other_keys(cage):
         key.value = shapes[key.name][1]
     _write(cage, shape.positions, {name: positions for name, (positions, _) in shapes.items()})
+    return True
 
 
 def _write(cage: bpy.types.Object, positions: Float32s, of_keys: Mapping[str, Float32s]) -> None:
