@@ -399,6 +399,27 @@ class CageTest(SceneTest):
         bpy.context.view_layer.update()
         self.assert_close(shown_positions(obj), shown + np.array([0.0, 1.0, 0.0]), 1e-5)
 
+    def test_a_pose_for_another_number_of_vertices_is_refused_until_add_cage_is_pressed_again(self):
+        obj, cage = self.following()
+        edit(cage, lift)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.api.add_cage(obj, cage)
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        bmesh.from_edit_mesh(obj.data).verts.new((0.0, 0.0, 2.0))
+        bmesh.update_edit_mesh(obj.data)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        n, posed = len(obj.data.vertices), key_positions(obj)
+        message = (
+            f"Cage 'Tube Cage': 'Tube' has {n} vertices now, but had {n - 1} when the cage was added to its pose; "
+            "press Add Cage again"
+        )
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        self.assert_close(key_positions(obj), posed, 0.0)
+        self.api.add_cage(obj, cage)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 1e-6)
+
     def test_what_cannot_be_is_refused_and_nothing_changes(self):
         obj = mesh_object()
         add = self.api.add_cage

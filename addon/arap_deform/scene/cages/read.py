@@ -130,10 +130,19 @@ def hold_of(handle: ArapHandle) -> CageHold:
 
 
 def cage_of(handle: ArapHandle, rest: Floats) -> Cage:
-    """A cage that works. ``rest``: (n, 3) the mesh inside, at rest."""
+    """A cage that works. ``rest``: (n, 3) the mesh inside, at rest.
+
+    Raises:
+        ValueError: the cage was added to a pose of a mesh with another number of vertices.
+    """
     vertices, offsets, n = handle.shape
     base = None
-    if n == len(rest) and len(vertices):
+    if len(vertices):
+        if n != len(rest):
+            raise ValueError(
+                f"Cage '{handle.name}': '{handle.id_data.name}' has {len(rest)} vertices now, but had {n} when the "
+                "cage was added to its pose; press Add Cage again"
+            )
         base = rest.copy()
         base[vertices] += offsets
     return Cage(handle.name, SessionMesh(handle.cage_rest, *_faces(handle)), bounded(handle, "coordinates"), base)
