@@ -70,10 +70,7 @@ def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "
     meshes.check_local(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     reason = handle_motion.target_problem(obj, cage, "", depsgraph)
-    if not reason and cage.type != "MESH":
-        reason = f"'{cage.name}' is not a mesh; choose a closed mesh around it"
-    if not reason and _is_inside(cage, obj, depsgraph):
-        reason = f"'{cage.name}' is inside of it; choose a closed mesh around it"
+    reason = reason or _why_no_cage(obj, cage, depsgraph)
     if reason:
         raise ValueError(f"'{obj.name}' cannot take the cage: {reason}")
     with all_or_none(obj):
@@ -96,14 +93,30 @@ def _new(obj: bpy.types.Object, cage: bpy.types.Object) -> ArapHandle:
     return handle
 
 
-def _is_inside(cage: bpy.types.Object, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether the box of the cage is inside of that of the mesh: the two were mistaken for each other."""
+def _why_no_cage(obj: bpy.types.Object, cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
+    """Why an object cannot be a cage of the mesh, whatever its coordinates; '' if it can."""
+    if cage.type != "MESH":
+        return f"'{cage.name}' is not a mesh; choose a closed mesh around it"
+    if cage.data.is_editmode:
+        cage.update_from_editmode()
+    n = len(cage.data.vertices)
+    if not len(cage.data.polygons):
+        return f"'{cage.name}' has no faces; choose a closed mesh around it"
+    positions = read.evaluated_positions(cage, depsgraph, handle_motion.object_matrix(obj, depsgraph))
+    if len(positions) != n:
+        return (
+            f"'{cage.name}' has {n} vertices, but {len(positions)} with its modifiers; switch off the modifier that "
+            "does it, or apply it"
+        )
     shown = handle_motion.shown_positions(obj, meshes.read_rest(obj))
-    now = read.evaluated_positions(cage, depsgraph, handle_motion.object_matrix(obj, depsgraph))
-    if not len(now):
-        return False
-    is_within = (now.min(axis=0) > shown.min(axis=0)) & (now.max(axis=0) < shown.max(axis=0))
-    return bool(is_within.all())
+    # The box of the cage is inside of that of the mesh: the two were mistaken for each other.
+    if ((positions.min(axis=0) > shown.min(axis=0)) & (positions.max(axis=0) < shown.max(axis=0))).all():
+        return f"'{cage.name}' is inside of it; choose a closed mesh around it"
+    try:  # a bind of one vertex takes no time, and checks the faces
+        native.load().CageDeformation(shown[:1], positions, *meshes.read_faces(cage.data))
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def _new_object(obj: bpy.types.Object, positions: Floats, quads: Ints) -> bpy.types.Object:

@@ -438,6 +438,32 @@ class CageTest(SceneTest):
         self.assert_error(ValueError, message, add, obj, elsewhere)
         self.assertEqual(len(obj.arap.handles), 0)
 
+    def test_a_mesh_that_cannot_be_a_cage_is_refused_and_the_present_one_stays_on(self):
+        obj, _ = self.following()
+        faceless, fine, open_box, with_ngon = (box(obj, name=name) for name in ("Faceless", "Fine", "Open", "Ngon"))
+        fine.modifiers.new("Subdivision", "SUBSURF")
+        for cage, change in (
+            (faceless, lambda mesh: bmesh.ops.delete(mesh, geom=mesh.faces[:], context="FACES_ONLY")),
+            (open_box, lambda mesh: bmesh.ops.delete(mesh, geom=mesh.faces[:1], context="FACES_ONLY")),
+            (with_ngon, lambda mesh: bmesh.ops.bevel(mesh, geom=mesh.verts[:1], offset=0.1, affect="VERTICES")),
+        ):
+            edited = bmesh.new()
+            edited.from_mesh(cage.data)
+            change(edited)
+            edited.to_mesh(cage.data)
+            edited.free()
+        bpy.context.view_layer.update()
+        for cage, reason in (
+            (faceless, "'Faceless' has no faces; choose a closed mesh around it$"),
+            (fine, "'Fine' has 8 vertices, but 26 with its modifiers; switch off the modifier that does it, or apply"),
+            (open_box, "the cage is not closed: its edge from vertex [0-9]+ to [0-9]+ has 1 face; fill its holes"),
+            (with_ngon, "face [0-9]+ of the cage has 5 corners, must have 3 or 4; cut it into triangles or quads$"),
+        ):
+            with self.assertRaisesRegex(ValueError, f"^'Tube' cannot take the cage: {reason}"):
+                self.api.add_cage(obj, cage)
+        self.assertEqual([handle.is_enabled for handle in obj.arap.handles], [True])
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+
     def test_a_cage_that_cannot_move_the_mesh_says_why(self):
         obj = mesh_object()
         cage = box(obj)
