@@ -167,7 +167,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:
-    """Channels of the handles' objects, of their parents, and of all bones of their armatures."""
+    """Channels of the objects that move handles, see handle_motion.movers(), and of all bones of armatures."""
     return {place: _channels(item) for place, item in _movers(obj)}
 
 
@@ -199,17 +199,11 @@ def _empties_of(obj: bpy.types.Object) -> dict[int, str]:
 
 
 def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[str, str], Any]]:
-    """The objects and bones that move a handle: its object and its parents, and all bones of its armature."""
-    seen: set[str] = {obj.name}
-    for handle in obj.arap.handles:
-        item = handle.target
-        while item is not None and item.name not in seen:
-            seen.add(item.name)
-            yield (item.name, ""), item
-            if item.type == "ARMATURE":
-                for bone in item.pose.bones:
-                    yield (item.name, bone.name), bone
-            item = item.parent
+    """The objects and bones that move a handle, with all bones of an armature."""
+    for item in handle_motion.movers(obj, obj.arap.handles):
+        yield (item.name, ""), item
+        for bone in item.pose.bones if item.pose else ():
+            yield (item.name, bone.name), bone
 
 
 def _item_at(object_name: str, bone: str) -> Any:

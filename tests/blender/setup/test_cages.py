@@ -9,7 +9,7 @@ import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, linked_back, module, opened_again
-from tubes import BOTTOM, PLACED, TOP, mesh_object, move, posable
+from tubes import BOTTOM, PLACED, TOP, animated, mesh_object, move, posable
 
 TURNED = Matrix.Translation((1.0, 2.0, 3.0)) @ Matrix.Rotation(0.6, 4, "X")
 
@@ -101,7 +101,7 @@ class CageTest(SceneTest):
         self.assert_close(shown_positions(obj), moved(obj, 0.25, 0.0, 0.5), 1e-5)
 
     def test_its_animation_is_baked_in_the_frames_of_its_keys(self):
-        obj = mesh_object()
+        obj = animated()  # its handle rests
         cage = self.api.make_cage(obj).target
         cage.shape_key_add(name="Basis")
         key = cage.shape_key_add(name="Up")
