@@ -613,8 +613,9 @@ class CageArap(Model):
 
     The unknowns are the vertices of the cage, and rotations those of nodes, so an iteration costs the same at every
     density of the mesh. The cage brings hard vertices as near to their targets as it can, a region to about a
-    thousandth of the size. Loose vertices stay, and so do shells of the cage that carry nothing constrained, with the
-    parts of the mesh in them.
+    thousandth of the size. Loose vertices stay, and so do connected shells of the cage that no constrained vertex
+    feels, or that are around parts without constraints. What is in them is at rest with harmonic coordinates. With mean
+    values it may move a little, as it feels all shells.
     """
 
     def __init__(

@@ -49,7 +49,8 @@ struct CageArapOptions {
 /// [HSL06] Huang, Shi, Liu, Zhou, Wei, Teng, Bao, Guo, Shum: Subspace Gradient Domain Mesh Deformation, SIGGRAPH 2006.
 ///
 /// The same three acts as SurfaceArap. All parts of the mesh go where the cage carries them. Loose vertices stay, and
-/// so do connected shells of the cage that carry nothing constrained: what is in them is at rest.
+/// so do connected shells of the cage that no constrained vertex feels, or that are around parts without constraints.
+/// What is in them is at rest with harmonic coordinates. With mean values it may move a little, as it feels all shells.
 class CageArap {
  public:
   /// @param cage  around the mesh, at rest: as for CageDeformation; make_cage() makes one

@@ -25,6 +25,15 @@ constexpr double kHardStrength = 1e4;
 /// What of a matrix, beside its largest value, moves no held vertex that one would see.
 constexpr double kLeast = 1e-8;
 
+/// A constrained vertex holds a shell that has a larger share of its weights.
+constexpr double kLeastShare = 1e-3;
+
+int largest_of(const Eigen::RowVectorXd& values) {
+  Eigen::Index largest = 0;
+  values.maxCoeff(&largest);
+  return static_cast<int>(largest);
+}
+
 /// Columns B of which B B^T is N, up to a small part: a Cholesky factor whose pivots are the largest ones left.
 Eigen::MatrixXd thin_factor(const Eigen::MatrixXd& N) {
   Eigen::VectorXd left = N.diagonal();
@@ -70,9 +79,36 @@ CageHolds::CageHolds(const CagePoints& points, const std::vector<int>& point_of_
                      const std::vector<double>& areas, const PolygonMesh& cage, double stiffness,
                      const ConstraintSet& set)
     : points_(&points), cage_(&cage), is_held_(cage.n_parts(), 0) {
+  hold_shells(point_of_vertex, mesh, set);
   add_handles(point_of_vertex, mesh, areas, stiffness, set);
   for (int p = 0; p < set.patches.size(); ++p) add_patch(point_of_vertex, set, p);
-  add_shells(point_of_vertex, mesh);
+  add_shells();
+}
+
+void CageHolds::hold_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
+                            const ConstraintSet& set) {
+  std::vector<char> is_constrained(mesh.n_parts(), 0);
+  std::vector<int> constrained;
+  const auto add = [&](int v) {
+    if (point_of_vertex[v] < 0) return;
+    constrained.push_back(point_of_vertex[v]);
+    is_constrained[mesh.part_of_vertex()[v]] = 1;
+  };
+  for (const int v : set.vertices) add(v);
+  for (size_t k = 0; k < set.patches.vertices.size(); ++k)
+    if (set.patches.weights[k] > 0) add(set.patches.vertices[k]);
+  std::vector<char> is_home(cage_->n_parts(), 0);
+  for (size_t begin = 0; begin < constrained.size(); begin += CagePoints::kRows) {
+    const size_t n = std::min<size_t>(CagePoints::kRows, constrained.size() - begin);
+    const Eigen::MatrixXd shares = shares_of_shells(std::span(constrained).subspan(begin, n));
+    for (Eigen::Index k = 0; k < shares.rows(); ++k) is_home[largest_of(shares.row(k))] = 1;
+    for (Eigen::Index shell = 0; shell < shares.cols(); ++shell)
+      if (shares.col(shell).maxCoeff() > kLeastShare) is_held_[shell] = 1;
+  }
+  // Else a part without constraints would be thrown far to bring handles beside it a little nearer to their targets.
+  home_of_part_ = homes_of_parts(point_of_vertex, mesh);
+  for (int part = 0; part < mesh.n_parts(); ++part)
+    if (is_constrained[part] == 0) is_held_[home_of_part_[part]] = is_home[home_of_part_[part]];
 }
 
 void CageHolds::add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
@@ -104,7 +140,6 @@ void CageHolds::add_handles(const std::vector<int>& point_of_vertex, const Polyg
 
 void CageHolds::add_rows(Handle handle, double stiffness) {
   const Eigen::MatrixXd N = points_->normal_matrix(handle.points, handle.weights);
-  is_held_[shell_of(N.rowwise().sum().transpose())] = 1;
   const Eigen::MatrixXd B = thin_factor(N);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(B.transpose() * B);
   const auto n_rows = (eigen.eigenvalues().array() > kLeast * eigen.eigenvalues().maxCoeff()).count();
@@ -137,12 +172,11 @@ void CageHolds::add_patch(const std::vector<int>& point_of_vertex, const Constra
   }
   const auto weight = Eigen::RowVectorXd::Map(weights.data(), std::ssize(weights));
   const Eigen::RowVectorXd average = weight * points_->rows(of_patch) / weight.sum();
-  is_held_[shell_of(average)] = 1;
   const int source = static_cast<int>(set.vertices.size()) + p;
   add_row(average, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
 }
 
-void CageHolds::add_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh) {
+void CageHolds::add_shells() {
   const int first = handle_of_row_.empty() ? 0 : handle_of_row_.back() + 1;
   for (int v = 0; v < cage_->n_vertices(); ++v) {
     const int shell = cage_->part_of_vertex()[v];
@@ -150,23 +184,26 @@ void CageHolds::add_shells(const std::vector<int>& point_of_vertex, const Polygo
     add_row(Eigen::RowVectorXd::Unit(cage_->n_vertices(), v), LinearRows::kHard, -1, first + shell);
     shell_rows_.push_back(v);
   }
-  if (shell_rows_.empty()) return;
-  // Parts are numbered by their lowest vertices.
-  int n_parts = 0;
-  for (int v = 0; v < mesh.n_vertices(); ++v) {
-    if (mesh.part_of_vertex()[v] != n_parts) continue;
-    if (is_held_[shell_of(points_->rows(point_of_vertex[v], 1))] == 0) parts_at_rest_.push_back(n_parts);
-    ++n_parts;
-  }
+  for (size_t part = 0; part < home_of_part_.size(); ++part)
+    if (is_held_[home_of_part_[part]] == 0) parts_at_rest_.push_back(static_cast<int>(part));
 }
 
-int CageHolds::shell_of(const Eigen::RowVectorXd& weights) const {
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(cage_->n_parts());
+std::vector<int> CageHolds::homes_of_parts(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh) const {
+  std::vector<int> lowest;  // parts are numbered by their lowest vertices
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (mesh.part_of_vertex()[v] == static_cast<int>(lowest.size())) lowest.push_back(point_of_vertex[v]);
+  std::vector<int> homes;
+  homes.reserve(lowest.size());
+  for (const int point : lowest) homes.push_back(largest_of(shares_of_shells(std::span(&point, 1)).row(0)));
+  return homes;
+}
+
+Eigen::MatrixXd CageHolds::shares_of_shells(std::span<const int> points) const {
+  const CagePoints::Rows weights = points_->rows(points);
+  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(weights.rows(), cage_->n_parts());
   for (int v = 0; v < cage_->n_vertices(); ++v)
-    if (const int shell = cage_->part_of_vertex()[v]; shell >= 0) sums[shell] += weights[v];
-  Eigen::Index most = 0;
-  sums.maxCoeff(&most);
-  return static_cast<int>(most);
+    if (const int shell = cage_->part_of_vertex()[v]; shell >= 0) shares.col(shell) += weights.col(v).cwiseAbs();
+  return shares.array().colwise() / shares.rowwise().sum().array();
 }
 
 void CageHolds::add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle) {

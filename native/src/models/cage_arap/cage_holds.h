@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "arap/constraints.h"
@@ -30,7 +31,8 @@ class CageHolds {
             const std::vector<double>& areas, const PolygonMesh& cage, double stiffness, const ConstraintSet& set);
 
   /// Rows over the vertices of the cage: those of handles, then one a patch, then the vertices of shells (connected
-  /// parts of the cage) that carry nothing constrained: these stay.
+  /// parts of the cage) that stay: those that no constrained vertex feels, and those of parts of the mesh without
+  /// constraints, if no constrained vertex is mostly theirs.
   [[nodiscard]] const LinearRows& rows() const { return rows_; }
   /// The handle, patch or shell that each row is of.
   [[nodiscard]] const std::vector<int>& handle_of_row() const { return handle_of_row_; }
@@ -50,15 +52,18 @@ class CageHolds {
     Eigen::MatrixXd to_rows;  ///< (n_rows, n) of t, the rows' targets
   };
 
+  void hold_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh, const ConstraintSet& set);
   void add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh, const std::vector<double>& areas,
                    double stiffness, const ConstraintSet& set);
   void add_rows(Handle handle, double stiffness);
   void add_patch(const std::vector<int>& point_of_vertex, const ConstraintSet& set, int p);
-  void add_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh);
+  void add_shells();
   void add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle);
 
-  /// The shell that carries most of what has these weights.
-  [[nodiscard]] int shell_of(const Eigen::RowVectorXd& weights) const;
+  /// (n_parts,) the shell that has most of the weights of each part of the mesh.
+  [[nodiscard]] std::vector<int> homes_of_parts(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh) const;
+  /// (n, n_shells) how much of the weights of each point each shell has; sums of 1.
+  [[nodiscard]] Eigen::MatrixXd shares_of_shells(std::span<const int> points) const;
 
   const CagePoints* points_ = nullptr;
   const PolygonMesh* cage_ = nullptr;
@@ -66,7 +71,8 @@ class CageHolds {
   std::vector<int> handle_of_row_;
   std::vector<int> sources_;
   std::vector<Handle> handles_;
-  std::vector<char> is_held_;    ///< of each shell
+  std::vector<char> is_held_;  ///< of each shell
+  std::vector<int> home_of_part_;
   std::vector<int> shell_rows_;  ///< the vertices of those that stay
   std::vector<int> parts_at_rest_;
 };

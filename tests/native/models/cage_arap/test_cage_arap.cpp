@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "arap/error.h"
@@ -210,22 +212,53 @@ TEST(CageArap, LooseVerticesStayAndGoToTheirTargets) {
   }
 }
 
-/// Of the cage, with the parts of the mesh in it.
+/// Of the cage, with the parts of the mesh in it; with mean values those feel a shell beside them.
 TEST(CageArap, AShellWithoutConstraintsStays) {
   const MeshData near = rod();
-  const MeshData mesh = join(near, transformed(near, [](const Vector3& x) { return Vector3(x + Vector3(0, 9, 0)); }));
   const Ends ends(near);
-  for (const CageEnergy energy : kBoth)
-    for (const CageCoordinates coordinates : {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic}) {
-      CageArap solver = bound(mesh, with(energy, coordinates), 20);
-      solver.set_constraints(ends.task.constraints);
-      const SolveResult result = solver.solve(ends.targets(twist(40)));
-      EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
-      EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
-      EXPECT_LT(max_distance(rows(result.positions, ends.task.constraints.vertices), ends.targets(twist(40))), .01);
-      EXPECT_LT(
-          max_distance(result.positions.bottomRows(near.n_vertices()), mesh.positions().bottomRows(near.n_vertices())),
-          .02);
+  for (const auto& [shift, most] : {std::pair{9.0, .02}, std::pair{2.0, .2}}) {
+    const Vector3 beside(0, shift, 0);
+    const MeshData mesh = join(near, transformed(near, [&](const Vector3& x) { return Vector3(x + beside); }));
+    const Positions rest = mesh.positions().bottomRows(near.n_vertices());
+    for (const CageEnergy energy : kBoth)
+      for (const CageCoordinates coordinates : {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic}) {
+        CageArap solver = bound(mesh, with(energy, coordinates), 20);
+        solver.set_constraints(ends.task.constraints);
+        const SolveResult result = solver.solve(ends.targets(twist(40)));
+        EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+        EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
+        EXPECT_LT(max_distance(rows(result.positions, ends.task.constraints.vertices), ends.targets(twist(40))), .01);
+        const double moved = max_distance(result.positions.bottomRows(near.n_vertices()), rest);
+        EXPECT_LT(moved, coordinates == CageCoordinates::kHarmonic ? 1e-6 : most);
+      }
+  }
+}
+
+TEST(CageArap, ShellsThatShareAMeshMoveRigidlyWithIt) {
+  const auto moved_box = [](const Vector3& size, const Vector3& shift) {
+    return transformed(box({1, 1, 1}, size, Faces::kQuads), [&](const Vector3& x) { return Vector3(x + shift); });
+  };
+  const MeshData mesh = rod();
+  std::vector<int> ends = extreme_vertices(mesh.positions(), 0, .1);
+  for (const int v : extreme_vertices(mesh.positions(), 0, -.1)) ends.push_back(v);
+  std::vector<int> whole(mesh.n_vertices());
+  std::iota(whole.begin(), whole.end(), 0);
+  struct Case {
+    MeshData cage;
+    std::vector<int> held;
+  };
+  const Case one_above_the_other{join(moved_box({2.2, 2, 2}, {-1.3, 0, 0}), moved_box({2.2, 2, 2}, {1.3, 0, 0})),
+                                 whole};
+  const Case hollow{join(moved_box({6, 3, 3}, {0, 0, 0}), flipped(moved_box({3, .3, .3}, {0, 0, 0}))), ends};
+  const RigidMotion motion = Random(3).rigid_motion(2, .5);
+  for (const Case& of : {one_above_the_other, hollow})
+    for (const CageEnergy energy : kBoth) {
+      const Task task = rigid_task(mesh, hold(mesh, of.held).constraints, motion);
+      CageArap solver(mesh.mesh(), of.cage.mesh(), with(energy));
+      solver.set_constraints(task.constraints);
+      const SolveResult result = solver.solve(task.targets, to_accuracy(1e-11));
+      EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-9);
+      EXPECT_TRUE(result.parts_at_rest.empty());
     }
 }
 
