@@ -5,6 +5,7 @@
 
 #include "base/eigen_compat.h"
 #include "cages/cage_points.h"
+#include "mesh/surface_measures.h"
 #include "models/cage_arap/cage_energy.h"
 #include "models/cage_arap/cage_holds.h"
 #include "models/cage_deformation/cage_fit.h"
@@ -162,8 +163,7 @@ struct CageArap::Impl {
 CageArap::CageArap(const PolygonMesh& mesh, const PolygonMesh& cage, const CageArapOptions& options,
                    const Progress& progress) {
   options.validate();
-  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size, so a cage has nothing to carry; give it faces");
+  require_surface(mesh);
   Meter meter(progress, "binding was cancelled");
   impl_ = std::make_unique<Impl>(mesh, cage, options, meter);
   meter.reach(1);

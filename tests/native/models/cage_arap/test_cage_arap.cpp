@@ -310,7 +310,7 @@ TEST(CageArap, TellsWhatItIsAndWhatIsWrong) {
       [&] {
         CageArap(MeshData{"", mesh.vertices, {}}.mesh(), cage);
       },
-      {"no faces or no size, so a cage has nothing to carry; give it faces"});
+      {"no faces or no size; give it faces"});
 }
 
 }  // namespace
