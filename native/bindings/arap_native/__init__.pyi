@@ -854,7 +854,7 @@ class CageDeformation:
 
         Returns:
             (n_vertices,) float64 of the cage's vertices, of sum 1, and (n_triangles,) float64 of its triangles, in the
-            unit of the positions; but with "green" the latter is empty.
+            unit of the positions; the latter is empty but with "green".
         """
     @property
     def n_points(self) -> int:
