@@ -126,11 +126,11 @@ class EmbeddedOptions:
     """Which nodes move a vertex: "smooth" all within twice their distance; "nearest" the four nearest, as published,
     which makes bumps."""
     rotation_weight: float
-    """Of the term that draws affine nodes to rotations, > 0."""
+    """Of the term that draws affine nodes to rotations, in [0.1, 1000]."""
     regularization_weight: float
-    """Of the term that keeps neighbours together, > 0."""
+    """Of the term that keeps neighbours together, in [0.1, 1000]."""
     constraint_weight: float
-    """Of the constraints, > 0."""
+    """Of the constraints, in [0.1, 1000]."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     def __init__(

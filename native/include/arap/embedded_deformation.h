@@ -36,7 +36,7 @@ struct EmbeddedOptions {
   GraphNodes nodes = GraphNodes::kAffine;
   GraphWeights weights = GraphWeights::kSmooth;
 
-  /// Of the terms of the energy, all > 0 [SSP07] Sec. 4.
+  /// Of the terms of the energy, all in [0.1, 1000] [SSP07] Sec. 4.
   double rotation_weight = 1;
   double regularization_weight = 10;
   double constraint_weight = 100;
@@ -76,9 +76,10 @@ class EmbeddedDeformation {
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
   /// As SurfaceArap::solve; energies are pure numbers. An iteration is a Newton step. kHandleRotations starts
-  /// from one rigid motion of the whole mesh that fits the targets best, kNaiveLaplacian at rest. Converged: the steps
-  /// to come sum to less than the accuracy, or are lost in rounding, and hard constraints are met as well as the nodes
-  /// can. Throws SolverError also where no step lowers the energy, as for targets 1e12 diagonals away.
+  /// from one rigid motion of the whole mesh that fits the targets best, kNaiveLaplacian at rest. Wherever it starts,
+  /// the whole first moves rigidly if that alone leaves less than a tenth of the energy. Converged: the steps to come
+  /// sum to less than the accuracy, or are lost in rounding, and hard constraints are met as well as the nodes can.
+  /// Throws SolverError also where no step lowers the energy, as for targets 1e12 diagonals away.
   /// @param rotations  not used: a graph finds them
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
                     const Progress& progress = {}, std::span<float> out = {});

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/embedded_deformation.h"
 
-#include <cmath>
 #include <utility>
 
 #include "base/format_message.h"
@@ -18,7 +17,8 @@ namespace arap {
 namespace {
 
 void require_weight(const char* name, double weight) {
-  if (!(weight > 0) || std::isinf(weight)) throw InvalidInput(text(name, " = ", weight, ", must be finite and > 0"));
+  // Terms that differ by more: a step is lost in the largest of them.
+  if (!(weight >= 0.1 && weight <= 1000)) throw InvalidInput(text(name, " = ", weight, ", must be >= 0.1 and <= 1000"));
 }
 
 /// In model space.

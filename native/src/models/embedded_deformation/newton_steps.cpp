@@ -30,6 +30,9 @@ constexpr double kSettled = 0.1;
 constexpr double kLearning = 0.9;
 constexpr int kMostLearnings = 20;
 
+/// A rigid motion goes before all steps if it leaves less than this part of the cost: a drag seldom needs one.
+constexpr double kFarLess = 0.1;
+
 /// From the first step to the accuracy, in digits.
 double progress_of(double first_step, double step, double accuracy) {
   const double whole = std::log(first_step / std::max(accuracy, 1e-15));
@@ -112,6 +115,9 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
   if (targets.rows() != last_targets_.rows() || targets != last_targets_) forget();
   last_targets_ = targets;
   Place at = place(goals, std::move(state));
+  // Half a turn is a maximum or saddle, where steps would end.
+  Place rigid = place(goals, turned(targets, at.state));
+  if (cost(rigid.state, rigid.gaps) < kFarLess * cost(at.state, at.gaps)) at = std::move(rigid);
   Report report;
   report.energy_before = energy(at);
   double first_step = 0;
@@ -151,27 +157,29 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
   return report;
 }
 
-Positions NewtonSteps::turned(const Positions& targets, const Positions& rest_state) const {
+Positions NewtonSteps::turned(const Positions& targets, const Positions& state) const {
   const Positions goals = wanted(targets).bottomRows(targets.rows());
-  Positions rest;
-  rows_.multiply(rest_state, rest, workers_);
-  // What nodes move, at rest and at its targets, about the middles.
-  const Eigen::VectorXd weights = weights_.tail(targets.rows()) / weights_.tail(targets.rows()).sum();
-  const Positions from = rest.bottomRows(targets.rows()) + constants_;
+  Positions at;
+  rows_.multiply(state, at, workers_);
+  // What nodes move, where it is and at its targets, about the middles.
+  const double sum = weights_.tail(targets.rows()).sum();
+  if (!(sum > 0)) return state;  // nothing that is held moves with nodes
+  const Eigen::VectorXd weights = weights_.tail(targets.rows()) / sum;
+  const Positions from = at.bottomRows(targets.rows()) + constants_;
   const Positions to = goals + constants_;
   const Eigen::RowVector3d from_middle = weights.transpose() * from;
   const Eigen::RowVector3d to_middle = weights.transpose() * to;
   const Matrix3 covariance =
       (to.rowwise() - to_middle).transpose() * weights.asDiagonal() * (from.rowwise() - from_middle);
   const Matrix3 R = nearest_rotation(covariance, Matrix3::Identity());
-  Positions state = rest_state;
+  Positions result = state;
   for (int j = 0; j < state.rows() / kNodeRows; ++j) {
     if (is_erased_[static_cast<size_t>(j) * unknowns_->per_node()] != 0) continue;
     const Eigen::RowVector3d node = nodes_.row(j);
-    rows_of(state, j).topRows<3>() = R.transpose();
-    rows_of(state, j).row(3) = to_middle + (node - from_middle) * R.transpose() - node;
+    rows_of(result, j).topRows<3>() = rows_of(state, j).topRows<3>() * R.transpose();
+    rows_of(result, j).row(3) = to_middle + (node + rows_of(state, j).row(3) - from_middle) * R.transpose() - node;
   }
-  return state;
+  return result;
 }
 
 Positions NewtonSteps::wanted(const Positions& targets) const {

@@ -39,11 +39,12 @@ class NewtonSteps {
     double step = 0;  ///< of the last iteration: the largest movement of a node or of its neighbourhood
     StopReason stop_reason = StopReason::kMaxIterations;
   };
-  /// Moves `state` towards the targets, (n_constraints, 3). Throws SolverError; the state is then any.
+  /// Moves `state` towards the targets, (n_constraints, 3): first as one body, if that alone is far better. Throws
+  /// SolverError; the state is then any.
   Report solve(const Positions& targets, const SolveOptions& options, const Progress& progress, Positions& state);
 
-  /// Where a solve may start: all nodes moved as one body, as the targets fit best.
-  [[nodiscard]] Positions turned(const Positions& targets, const Positions& rest_state) const;
+  /// Where a solve may start: all nodes of a state moved as one body, as the targets fit best.
+  [[nodiscard]] Positions turned(const Positions& targets, const Positions& state) const;
 
   /// Forgets what hard constraints have learned of the pose.
   void forget();
