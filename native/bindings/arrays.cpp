@@ -107,7 +107,8 @@ void require_shape(const py::array& array, const std::string& name, Shape shape,
     throw py::value_error(name + " has shape " + shape_text(array) + ", expected " + shape_text(shape) + ": " + rows);
 }
 
-arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text) {
+arap::Positions positions_from(const py::object& object, const std::string& name, const Extent& rows,
+                               const char* rows_text) {
   const py::array array = require_array<double>(object, name, {rows, 3}, rows_text);
   arap::Positions positions(array.shape(0), 3);
   if (positions.size() > 0) std::memcpy(positions.data(), array.data(), static_cast<size_t>(array.nbytes()));

@@ -75,7 +75,8 @@ std::vector<T> vector_from(const py::object& object, const std::string& name, co
   return to_vector<T>(require_array<T>(object, name, {size}, rows));
 }
 
-arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text);
+arap::Positions positions_from(const py::object& object, const std::string& name, const Extent& rows,
+                               const char* rows_text);
 
 /// The numbers of a float32 array (n_rows, 3) in C order that is written to, so nothing is converted; none for None.
 /// The array must outlive them.

@@ -4,6 +4,8 @@
 #include <memory>
 #include <utility>
 
+#include "arap/error.h"
+
 namespace arap_native {
 
 namespace {
@@ -24,44 +26,55 @@ arap::Patches patches_from(const py::object& object) {
 
 /// Adds faces that are lists of their own, of any lengths.
 void add_faces(MeshArrays& mesh, const py::object& faces) {
+  const std::string name = mesh.prefix + "faces";
   py::list corner_vertices;
   for (const py::handle face : faces) {
     if (!py::isinstance<py::sequence>(face))
-      throw py::type_error(py::str("faces[{}] is of type {}, expected a list of vertices: flat faces need face_sizes")
-                               .format(mesh.face_sizes.size(), type_name(face)));
-    corner_vertices.attr("extend")(face);
+      throw py::type_error(py::str("{}[{}] is of type {}, expected a list of vertices: flat faces need face_sizes")
+                               .format(name, mesh.face_sizes.size(), type_name(face)));
+    py::object numbers = py::reinterpret_borrow<py::object>(face);
+    // By its own dtype: numpy makes floats of uint64 beside int.
+    if (py::isinstance<py::array>(face)) numbers = numbers_from<int>(numbers, name).attr("tolist")();
+    corner_vertices.attr("extend")(numbers);
     mesh.face_sizes.push_back(static_cast<int>(py::len(face)));
   }
-  mesh.corner_vertices = vector_from<int>(corner_vertices, "faces", "c", "one number per vertex of a face");
+  mesh.corner_vertices = vector_from<int>(corner_vertices, name, "c", "one number per vertex of a face");
 }
 
-}  // namespace
-
-MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
-  MeshArrays mesh{positions_from(rest_positions, "rest_positions", "n", "one row per vertex"), {}, {}};
+/// @param prefix  of messages
+MeshArrays prefixed_mesh(const std::string& prefix, const py::object& rest_positions, const py::object& faces,
+                         const py::object& face_sizes) {
+  const std::string name = prefix + "faces";
+  MeshArrays mesh{prefix, positions_from(rest_positions, prefix + "rest_positions", "n", "one row per vertex"), {}, {}};
   if (!face_sizes.is_none()) {
     mesh.corner_vertices =
-        vector_from<int>(faces, "faces", "c", "one face after the other, as face_sizes says how long each is");
-    mesh.face_sizes = vector_from<int>(face_sizes, "face_sizes", "f", "one entry per face");
+        vector_from<int>(faces, name, "c", "one face after the other, as face_sizes says how long each is");
+    mesh.face_sizes = vector_from<int>(face_sizes, prefix + "face_sizes", "f", "one entry per face");
   } else if (py::isinstance<py::list>(faces) || py::isinstance<py::tuple>(faces)) {
     add_faces(mesh, faces);
   } else {
-    const py::array array =
-        require_array<int>(faces, "faces", {"m", "k"}, "one row per face; flat faces need face_sizes");
+    const py::array array = require_array<int>(faces, name, {"m", "k"}, "one row per face; flat faces need face_sizes");
     const py::ssize_t n_corners = array.shape(1);
     if (n_corners < 3)
-      throw py::value_error("faces has shape " + shape_text(array) + ", expected three or more vertices in a row");
+      throw py::value_error(name + " has shape " + shape_text(array) + ", expected three or more vertices in a row");
     mesh.corner_vertices = to_vector<int>(array);
     mesh.face_sizes.assign(static_cast<size_t>(array.shape(0)), static_cast<int>(n_corners));
   }
   return mesh;
 }
 
+}  // namespace
+
+MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
+  return prefixed_mesh({}, rest_positions, faces, face_sizes);
+}
+
 MeshArrays mesh_from_tuple(const py::object& object, const std::string& name) {
-  if (!py::isinstance<py::tuple>(object) || py::len(object) < 2 || py::len(object) > 3)
+  const bool is_sequence = py::isinstance<py::tuple>(object) || py::isinstance<py::list>(object);
+  if (!is_sequence || py::len(object) < 2 || py::len(object) > 3)
     throw py::type_error(name + " is not a tuple of arrays, expected (rest_positions, faces)");
-  const auto fields = py::reinterpret_borrow<py::tuple>(object);
-  return mesh_from(fields[0], fields[1], py::len(object) == 3 ? py::object(fields[2]) : py::none());
+  const py::tuple fields(object);
+  return prefixed_mesh(name + ": ", fields[0], fields[1], fields.size() == 3 ? py::object(fields[2]) : py::none());
 }
 
 CagedArrays caged_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes,
@@ -70,7 +83,11 @@ CagedArrays caged_from(const py::object& rest_positions, const py::object& faces
 }
 
 arap::PolygonMesh mesh_of(MeshArrays arrays) {
-  return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
+  try {
+    return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
+  } catch (const arap::InvalidInput& error) {
+    throw arap::InvalidInput(arrays.prefix + error.what());
+  }
 }
 
 TetArrays tets_from(const py::object& rest_positions, const py::object& tets) {

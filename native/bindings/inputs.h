@@ -24,6 +24,7 @@ namespace py = pybind11;
 
 /// What a PolygonMesh is made of; made into one without the GIL.
 struct MeshArrays {
+  std::string prefix;  ///< of messages: which mesh it is, if there are several
   arap::Positions positions;
   std::vector<int> corner_vertices;
   std::vector<int> face_sizes;
@@ -31,7 +32,7 @@ struct MeshArrays {
 
 /// @param faces  a row or a list per face, or with `face_sizes` one face after the other
 MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes);
-/// Of a tuple as make_cage() returns it, with or without face_sizes.
+/// Of a tuple or list as make_cage() returns it, with or without face_sizes. Messages begin with the name.
 MeshArrays mesh_from_tuple(const py::object& object, const std::string& name);
 arap::PolygonMesh mesh_of(MeshArrays arrays);
 

@@ -58,6 +58,7 @@ def test_any_order_is_read(changed):
 
 def test_faces_are_rows_or_lists_or_flat():
     assert energy_of(POSITIONS, [*QUADS]) == ENERGY
+    assert energy_of(POSITIONS, [QUADS[0].astype(np.uint64), *QUADS[1:].tolist()]) == ENERGY
     assert energy_of(POSITIONS, QUADS.ravel().tolist(), [4] * len(QUADS)) == ENERGY
     *others, first, second = QUADS.tolist()
     mixed = [*others, first[:3], [first[0], *first[2:]], np.array(second)]

@@ -140,5 +140,9 @@ def test_what_is_wrong_is_told_in_words():
         arap_native.transfer_cage(cube(), points_inside(), cube())
     with pytest.raises(TypeError, match=r"^target is not a tuple of arrays, expected \(rest_positions, faces\)$"):
         arap_native.transfer_cage(cube(), positions, positions)
+    with pytest.raises(ValueError, match=r"^target: faces has shape \(24,\), expected \(m, k\): one row per face;"):
+        arap_native.transfer_cage(list(cube()), positions, (positions, corners))
+    with pytest.raises(ValueError, match=r"^source: rest_positions: vertex 0 is at \(nan, "):
+        arap_native.transfer_cage((positions * np.nan, corners, sizes), positions, cube())
     with pytest.raises(TypeError, match="only __new__ was called"):
         CageDeformation.__new__(CageDeformation).deform(positions)
