@@ -32,7 +32,7 @@ void add_faces(MeshArrays& mesh, const py::object& faces) {
     if (!py::isinstance<py::sequence>(face))
       throw py::type_error(py::str("{}[{}] is of type {}, expected a list of vertices: flat faces need face_sizes")
                                .format(name, mesh.face_sizes.size(), type_name(face)));
-    py::object numbers = py::reinterpret_borrow<py::object>(face);
+    auto numbers = py::reinterpret_borrow<py::object>(face);
     // By its own dtype: numpy makes floats of uint64 beside int.
     if (py::isinstance<py::array>(face)) numbers = numbers_from<int>(numbers, name).attr("tolist")();
     corner_vertices.attr("extend")(numbers);
