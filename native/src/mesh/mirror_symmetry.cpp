@@ -11,6 +11,7 @@
 
 #include "base/eigen_compat.h"
 #include "geometry/point_grid.h"
+#include "mesh/surface_measures.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -99,9 +100,7 @@ bool commute(const std::vector<int>& a, const std::vector<int>& b) {
 }  // namespace
 
 std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads, const MeterPart& meter) {
-  std::vector<int> vertices;
-  for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (mesh.part_of_vertex()[v] >= 0) vertices.push_back(v);
+  const std::vector<int> vertices = vertices_in_faces(mesh);
   Surface surface{.rest = mesh.positions()(vertices, all), .centres = {}};
   std::vector<int> axes{0, 1, 2};
   std::erase_if(axes, [&](int axis) { return vertices.empty() || !may_be_mirrored(surface.rest, axis); });

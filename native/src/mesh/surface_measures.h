@@ -26,6 +26,14 @@ namespace arap {
   return box_of_parts(mesh.positions(), mesh.part_of_vertex());
 }
 
+/// The vertices that are in faces, ascending.
+[[nodiscard]] inline std::vector<int> vertices_in_faces(const PolygonMesh& mesh) {
+  std::vector<int> result;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (mesh.part_of_vertex()[v] >= 0) result.push_back(v);
+  return result;
+}
+
 /// Throws InvalidInput for a mesh that is nowhere.
 inline void require_surface(const PolygonMesh& mesh) {
   if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))

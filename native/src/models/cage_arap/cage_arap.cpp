@@ -21,14 +21,6 @@ namespace arap {
 
 namespace {
 
-/// The vertices in faces: those that the cage carries.
-std::vector<int> vertices_in_faces(const PolygonMesh& mesh) {
-  std::vector<int> result;
-  for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (mesh.part_of_vertex()[v] >= 0) result.push_back(v);
-  return result;
-}
-
 PolygonMesh moved_mesh(const PolygonMesh& mesh, Positions positions) {
   std::vector<int> corners;
   std::vector<int> sizes;

@@ -11,6 +11,7 @@
 #include "cages/cage_motion.h"
 #include "cholesky/preconditioned_cg.h"
 #include "cholesky/solver_choice.h"
+#include "mesh/surface_measures.h"
 #include "mesh/triangulation.h"
 #include "models/input_checks.h"
 #include "models/surface_arap/surface_assembler.h"
@@ -51,9 +52,7 @@ Matrix3 frame(const Positions& p, const std::array<int, 3>& corners) {
 class SourceMotion {
  public:
   SourceMotion(const PolygonMesh& source, const Positions& moved) : rest_(source.positions()), moved_(moved) {
-    std::vector<int> used;
-    for (int v = 0; v < source.n_vertices(); ++v)
-      if (source.part_of_vertex()[v] >= 0) used.push_back(v);
+    const std::vector<int> used = vertices_in_faces(source);
     whole_ = best_similarity(Positions(rest_(used, all)), Positions(moved(used, all)));
   }
 

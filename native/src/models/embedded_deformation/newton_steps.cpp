@@ -116,7 +116,7 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
   last_targets_ = targets;
   Place at = place(goals, std::move(state));
   // Half a turn is a maximum or saddle, where steps would end.
-  Place rigid = place(goals, turned(targets, at.state));
+  Place rigid = place(goals, turned(goals, at));
   if (cost(rigid.state, rigid.gaps) < kFarLess * cost(at.state, at.gaps)) at = std::move(rigid);
   Report report;
   report.energy_before = energy(at);
@@ -158,15 +158,19 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
 }
 
 Positions NewtonSteps::turned(const Positions& targets, const Positions& state) const {
-  const Positions goals = wanted(targets).bottomRows(targets.rows());
-  Positions at;
-  rows_.multiply(state, at, workers_);
+  const Positions goals = wanted(targets);
+  return turned(goals, place(goals, state));
+}
+
+Positions NewtonSteps::turned(const Positions& goals, const Place& at) const {
+  const Positions& state = at.state;
   // What nodes move, where it is and at its targets, about the middles.
-  const double sum = weights_.tail(targets.rows()).sum();
+  const Eigen::Index n = constants_.rows();
+  const double sum = weights_.tail(n).sum();
   if (!(sum > 0)) return state;  // nothing that is held moves with nodes
-  const Eigen::VectorXd weights = weights_.tail(targets.rows()) / sum;
-  const Positions from = at.bottomRows(targets.rows()) + constants_;
-  const Positions to = goals + constants_;
+  const Eigen::VectorXd weights = weights_.tail(n) / sum;
+  const Positions to = goals.bottomRows(n) + constants_;
+  const Positions from = to - at.gaps.bottomRows(n);
   const Eigen::RowVector3d from_middle = weights.transpose() * from;
   const Eigen::RowVector3d to_middle = weights.transpose() * to;
   const Matrix3 covariance =

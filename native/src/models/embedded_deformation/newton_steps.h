@@ -66,6 +66,8 @@ class NewtonSteps {
   /// (n_rows, 3): what edges want, then the targets without what does not move with the nodes.
   [[nodiscard]] Positions wanted(const Positions& targets) const;
   [[nodiscard]] Place place(const Positions& goals, Positions state) const;
+  /// The same as above. @param goals  wanted()
+  [[nodiscard]] Positions turned(const Positions& goals, const Place& at) const;
   /// Gaps as hard constraints have learned to see them.
   [[nodiscard]] Positions seen(const Place& at) const;
   /// The energy with hard rows, counted with their weight. @param gaps  seen()
