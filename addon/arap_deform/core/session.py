@@ -90,10 +90,9 @@ class Session:
         """Prepares it, for bind()."""
         self._native = native
         self._space = SolverSpace(stretch)
-        self._stretch, self._unstretch = self._space.stretch, self._space.unstretch
         self._n_own = len(mesh.rest_positions)
         self._mirrors = tuple(mirrors)
-        mesh, self._whole = completed(mesh, mirrors, self._stretch)
+        mesh, self._whole = completed(mesh, mirrors, self._space.stretch)
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
         self._map: HandleMap | None = None
@@ -113,7 +112,7 @@ class Session:
         self._bind_ms = 0.0
         self._factor_ms = 0.0
 
-        seen = self._to_solver(self._rest)
+        seen = self._space.to_solver(self._rest)
         self._surface = Surface.of(seen, mesh.corner_vertices, mesh.face_sizes, settings.rigidity_radius)
         self._diagonal = surface_diagonal(seen, mesh.corner_vertices)
 
@@ -124,7 +123,7 @@ class Session:
     @property
     def stretch(self) -> Floats:
         """(3, 3) float64."""
-        return self._stretch
+        return self._space.stretch
 
     @property
     def mirrors(self) -> tuple[Mirror, ...]:
@@ -184,7 +183,7 @@ class Session:
         """
         if self._solid is None:
             return np.empty((0, 3), dtype=np.float32)
-        corners = (self._solid.cube_corners() @ self._unstretch.T).reshape(-1, 8, 3)
+        corners = (self._solid.cube_corners() @ self._space.unstretch.T).reshape(-1, 8, 3)
         return np.ascontiguousarray(corners[:, CUBE_EDGES].reshape(-1, 3), np.float32)
 
     def set_handles(self, specs: Sequence[HandleSpec], shown: NDArray[np.floating] | None = None) -> Steps[None]:
@@ -203,7 +202,7 @@ class Session:
                 held, self._copies = self._completed(specs)
                 self._held, _ = self._without_outside(specs, held, self._copies)
                 self._point_patches = self._based(self._held, self._point_patches)
-                self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
+                self._map = HandleMap(self._held, self._rest, self._space.stretch, self._point_patches)
             self._specs = tuple(specs)
             self._start_loose(shown)
             return
@@ -212,7 +211,7 @@ class Session:
         held, copies = self._completed(specs)
         held, outside = self._without_outside(specs, held, copies)
         patches = yield from part(self._patches_of(held), 0.0, PATCHES_SHARE)
-        handle_map = HandleMap(held, self._rest, self._stretch, patches)
+        handle_map = HandleMap(held, self._rest, self._space.stretch, patches)
         job = self._model.begin_set_constraints(*handle_map.constraints)
         try:
             yield from part(self._stage(job, HANDLES_CANCELLED), PATCHES_SHARE, 1.0)
@@ -230,7 +229,7 @@ class Session:
 
     def _start_loose(self, shown: NDArray[np.floating] | None) -> None:
         if self._loose is not None:
-            self._loose.start_from(None if shown is None else self._to_solver(self._lifted(shown)))
+            self._loose.start_from(None if shown is None else self._space.to_solver(self._lifted(shown)))
 
     def _lifted(self, positions: NDArray[np.floating]) -> Floats:
         """(m, 3) of the whole."""
@@ -251,7 +250,7 @@ class Session:
         if all(spec.segment is None for spec in specs):
             return held, ()
         bones = [(i, spec.segment) for i, spec in enumerate(held) if spec.segment is not None]
-        segments = np.array([segment.ends for _, segment in bones]).reshape(-1, 2, 3) @ self._stretch.T
+        segments = np.array([segment.ends for _, segment in bones]).reshape(-1, 2, 3) @ self._space.stretch.T
         solid = self._solid
         outside = {bones[k][0] for k in (range(len(bones)) if solid is None else solid.segments_outside(segments))}
         left = [replace(spec, segment=None) if i in outside else spec for i, spec in enumerate(held)]
@@ -284,7 +283,7 @@ class Session:
             return NO_PATCHES
         groups = [point.vertices for point in points]
         job = begin_patches(self._model, groups, [point.reach / self._diagonal for point in points])
-        found = patches_from((yield from self._stage(job, HANDLES_CANCELLED)), groups, self._unstretch)
+        found = patches_from((yield from self._stage(job, HANDLES_CANCELLED)), groups, self._space.unstretch)
         patches: dict[int, list[Patch]] = {}
         for point, patch in zip(points, found, strict=True):
             if patch is not None:
@@ -407,7 +406,7 @@ class Session:
         if positions.shape != (self.n_vertices, 3):
             raise ValueError(f"positions have shape {positions.shape}, expected {(self.n_vertices, 3)}")
         lifted = self._lifted(positions)
-        self._model.set_positions(self._to_solver(np.ascontiguousarray(lifted)))
+        self._model.set_positions(self._space.to_solver(lifted))
         self._positions[...] = lifted
 
     def reset(self) -> None:
@@ -415,16 +414,13 @@ class Session:
         self._model.reset()
         self._positions[...] = self._rest
 
-    def _to_solver(self, positions: Floats) -> Floats:
-        return self._space.to_solver(positions)
-
     def _show_solved(self) -> None:
         if self._solved is self._positions:
             return
         try:
             self._space.show(self._solved, self._positions)
         except RuntimeError:
-            self._model.set_positions(self._to_solver(self._positions.astype(np.float64)))
+            self._model.set_positions(self._space.to_solver(self._positions.astype(np.float64)))
             raise
 
 

@@ -68,7 +68,8 @@ class CageHold:
 
 
 Hold = GroupHold | BoneHold | CageHold
-"""What a pin or handle holds. Another kind is another class here, and a branch in scene.inputs.spec_of()."""
+"""What a pin or handle holds. Another kind is another class here, and a branch in hold_of() of scene.inputs and in
+spec_of() there, or if it holds the whole mesh in read_input()."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,14 +2,14 @@
 # mypy: disable-error-code="valid-type"
 """What a handle that is a cage saves."""
 
-import base64
 import zlib
+from functools import lru_cache
 
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ..core.arrays import Floats
-from ..core.cages.shape import CageShape
+from ..core.cages.shape import DOUBLE, CageShape, decoded, encoded
 
 # Files store the numbers, so an item keeps its number.
 COORDINATES = (
@@ -37,6 +37,17 @@ COORDINATES = (
 )
 
 
+@lru_cache(maxsize=8)
+def _rest_in(text: str) -> Floats:
+    """Kept, as each update asks several times."""
+    try:
+        positions: Floats = decoded(text, DOUBLE)
+    except ValueError:
+        positions = np.zeros((0, 3))
+    positions.flags.writeable = False
+    return positions
+
+
 class CageRest:
     """A mixin for handles. The shape at rest is saved: the artist edits the cage itself.
 
@@ -61,13 +72,8 @@ class CageRest:
 
     @property
     def cage_rest(self) -> Floats:
-        """(c, 3) float64 positions of the cage's vertices at rest; none if what is saved is damaged."""
-        try:
-            saved = np.frombuffer(base64.b64decode(self.cage_text), "<f8")
-            positions = saved.reshape(-1, 3).astype(np.float64)
-        except ValueError:
-            return np.zeros((0, 3))
-        return positions if np.isfinite(positions).all() else np.zeros((0, 3))
+        """(c, 3) float64 positions of the cage's vertices at rest, not to be written to; none if they are damaged."""
+        return _rest_in(self.cage_text)
 
     @property
     def cage_shape(self) -> CageShape | None:
@@ -76,7 +82,7 @@ class CageRest:
 
     def set_cage_rest(self, positions: Floats, shape: CageShape) -> None:
         """See cage_rest and cage_shape."""
-        self.cage_text = base64.b64encode(positions.astype("<f8").tobytes()).decode()
+        self.cage_text = encoded(positions, DOUBLE)
         self.cage_shape_text = shape.to_text()
 
     @property

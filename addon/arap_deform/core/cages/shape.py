@@ -7,10 +7,14 @@ import base64
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import Float32s
+
+SINGLE, DOUBLE = "<f4", "<f8"
 
 
 @dataclass(frozen=True)
@@ -27,28 +31,30 @@ class CageShape:
 
     def to_text(self) -> str:
         """For from_text()."""
-        keys = {name: (_encoded(positions), value) for name, (positions, value) in self.keys.items()}
-        return json.dumps({"positions": _encoded(self.positions), "keys": keys})
+        keys = {name: (encoded(positions, SINGLE), value) for name, (positions, value) in self.keys.items()}
+        return json.dumps({"positions": encoded(self.positions, SINGLE), "keys": keys})
 
     @classmethod
     def from_text(cls, text: str) -> CageShape | None:
         """None if the text is damaged."""
         try:
             saved = json.loads(text)
-            keys = {name: (_decoded(shape), float(value)) for name, (shape, value) in saved["keys"].items()}
-            shape = cls(_decoded(saved["positions"]), keys)
+            keys = {name: (decoded(shape, SINGLE), float(value)) for name, (shape, value) in saved["keys"].items()}
+            shape = cls(decoded(saved["positions"], SINGLE), keys)
         except (ValueError, TypeError, KeyError, AttributeError):
             return None
         is_sound = all(len(positions) == len(shape.positions) for positions, _ in shape.keys.values())
         return shape if is_sound and all(np.isfinite(value) for _, value in shape.keys.values()) else None
 
 
-def _encoded(positions: Float32s) -> str:
-    return base64.b64encode(positions.astype("<f4").tobytes()).decode()
+def encoded(positions: NDArray[np.floating], dtype: str) -> str:
+    """(c, 3) positions as base64; ``dtype`` has a byte order, so that any machine reads it."""
+    return base64.b64encode(positions.astype(dtype).tobytes()).decode()
 
 
-def _decoded(text: str) -> Float32s:
-    positions = np.frombuffer(base64.b64decode(text), "<f4").reshape(-1, 3).astype(np.float32)
-    if not np.isfinite(positions).all():
+def decoded(text: str, dtype: str) -> NDArray[Any]:
+    """What encoded() returned, in the byte order of this machine. Raises ValueError: damaged, or not finite."""
+    saved = np.frombuffer(base64.b64decode(text), dtype).reshape(-1, 3)
+    if not np.isfinite(saved).all():
         raise ValueError("not finite")
-    return positions
+    return saved.astype(saved.dtype.newbyteorder("="))
