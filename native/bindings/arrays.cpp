@@ -27,7 +27,8 @@ py::array as_array(const py::object& object, const std::string& name, const char
     if (std::string("biufc").find(array.dtype().kind()) == std::string::npos) throw refused();
     return array;
   } catch (const py::error_already_set& error) {
-    if (error.matches(PyExc_ValueError)) throw refused();  // rows of different lengths
+    // Rows of different lengths; numpy before 1.24 warns of them, which may be made an error.
+    if (error.matches(PyExc_ValueError) || error.matches(PyExc_Warning)) throw refused();
     throw;
   }
 }

@@ -3,13 +3,8 @@
 """What a handle that is a cage saves."""
 
 import zlib
-from functools import lru_cache
 
-import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
-
-from ..core.arrays import Floats
-from ..core.cages.shape import DOUBLE, CageShape, decoded, encoded
 
 # Files store the numbers, so an item keeps its number.
 COORDINATES = (
@@ -37,21 +32,11 @@ COORDINATES = (
 )
 
 
-@lru_cache(maxsize=8)
-def _rest_in(text: str) -> Floats:
-    """Kept, as each update asks several times."""
-    try:
-        positions: Floats = decoded(text, DOUBLE)
-    except ValueError:
-        positions = np.zeros((0, 3))
-    positions.flags.writeable = False
-    return positions
-
-
 class CageRest:
     """A mixin for handles. The shape at rest is saved: the artist edits the cage itself.
 
     It is saved twice, as the mesh sees it, and as the artist edits it: modifiers and shape keys are between the two.
+    Both are read in scene/cages: some Blenders never let go of a class with properties, and of what its module holds.
     """
 
     is_cage: BoolProperty(options={"HIDDEN"}, description="Its object is a cage, which moves the whole mesh")
@@ -69,21 +54,6 @@ class CageRest:
     cage_shape_text: StringProperty(
         options={"HIDDEN"}, description="What the artist edits of the cage, at rest; see CageShape in core/cages"
     )
-
-    @property
-    def cage_rest(self) -> Floats:
-        """(c, 3) float64 positions of the cage's vertices at rest, not to be written to; none if they are damaged."""
-        return _rest_in(self.cage_text)
-
-    @property
-    def cage_shape(self) -> CageShape | None:
-        """What the artist edits of the cage, at rest, with the shape keys that shape it there; None if damaged."""
-        return CageShape.from_text(self.cage_shape_text)
-
-    def set_cage_rest(self, positions: Floats, shape: CageShape) -> None:
-        """See cage_rest and cage_shape."""
-        self.cage_text = encoded(positions, DOUBLE)
-        self.cage_shape_text = shape.to_text()
 
     @property
     def cage_rest_id(self) -> int:

@@ -15,7 +15,7 @@ from mathutils import Matrix
 from ...core.arrays import Float32s
 from ...core.cages.shape import CageShape
 from .. import handle_motion, meshes, versions
-from . import read
+from . import read, saved
 
 if TYPE_CHECKING:
     from ...props.handles import ArapHandle
@@ -44,7 +44,7 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     shape = _shape_of(handle.target)  # it brings the mesh up to date, of which the faces are read
     shown_keys = {name: of_key for name, of_key in shape.keys.items() if _is_shown(handle.target, name)}
     positions = read.evaluated_positions(handle.target, depsgraph, world)
-    handle.set_cage_rest(positions, CageShape(shape.positions, shown_keys))
+    saved.save(handle, positions, CageShape(shape.positions, shown_keys))
     handle.rest = Matrix(np.linalg.inv(world) @ meshes.read_matrix(handle.target, depsgraph))
     rest = meshes.read_rest(obj)
     shown = handle_motion.shown_positions(obj, rest)
@@ -101,14 +101,14 @@ def put_to_rest(obj: bpy.types.Object, handle: ArapHandle) -> bool:
         return True
     world = handle_motion.object_matrix(obj, bpy.context.evaluated_depsgraph_get())
     handle.target.matrix_world = Matrix(world @ np.array(handle.rest, dtype=np.float64))
-    shape = handle.cage_shape
+    shape = saved.shape_of(handle)
     if shape is not None and _is_editable(handle):
         _restore(handle.target, shape)
     return _is_at_rest(obj, handle)
 
 
 def _is_at_rest(obj: bpy.types.Object, handle: ArapHandle) -> bool:
-    depsgraph, rest = bpy.context.evaluated_depsgraph_get(), handle.cage_rest
+    depsgraph, rest = bpy.context.evaluated_depsgraph_get(), saved.rest_of(handle)
     now = read.evaluated_positions(handle.target, depsgraph, handle_motion.object_matrix(obj, depsgraph))
     return now.shape == rest.shape and bool(np.abs(now - rest).max() <= AT_REST * np.ptp(rest, axis=0).max())
 

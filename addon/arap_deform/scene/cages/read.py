@@ -19,6 +19,7 @@ from ...core.session_input import CageHold
 from ...core.transforms import transformed
 from ...props.bounds import bounded
 from .. import meshes, versions
+from . import saved
 
 if TYPE_CHECKING:
     from ...props.handles import ArapHandle
@@ -51,7 +52,7 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     others = [h.name for h in obj.arap.handles if h.is_cage and h.is_enabled and h != handle]
     if others and handle.is_enabled:
         return f"only one cage can move a mesh, and '{others[0]}' is on, too; switch one off"
-    n_rest = len(handle.cage_rest)
+    n_rest = len(saved.rest_of(handle))
     if not n_rest:
         return f"what is saved of '{target.name}' is damaged; press Add Cage again"
     return other_number(handle, n_rest, _count(target, depsgraph))
@@ -62,7 +63,7 @@ def why_wait(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
     cage = enabled_cage(obj)
     if cage is None or cage.target is None or cage.target.type != "MESH":
         return ""
-    n_rest = len(cage.cage_rest)
+    n_rest = len(saved.rest_of(cage))
     return other_number(cage, n_rest, _count(cage.target, depsgraph)) if n_rest else ""
 
 
@@ -93,7 +94,7 @@ def positions_now(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Flo
         ValueError: there are more vertices, or fewer, than at rest.
     """
     positions = evaluated_positions(handle.target, depsgraph, world)
-    if reason := other_number(handle, len(handle.cage_rest), len(positions)):
+    if reason := other_number(handle, len(saved.rest_of(handle)), len(positions)):
         raise ValueError(f"Cage '{handle.name}': {reason}")
     return positions
 
@@ -145,7 +146,7 @@ def cage_of(handle: ArapHandle, rest: Floats) -> Cage:
             )
         base = rest.copy()
         base[vertices] += offsets
-    return Cage(handle.name, SessionMesh(handle.cage_rest, *_faces(handle)), bounded(handle, "coordinates"), base)
+    return Cage(handle.name, SessionMesh(saved.rest_of(handle), *_faces(handle)), bounded(handle, "coordinates"), base)
 
 
 def _faces(handle: ArapHandle) -> tuple[Ints, Ints]:
