@@ -80,6 +80,8 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKin
       averages_(std::move(constraints.averages)) {
   Meter meter(progress, "the change of constraints was cancelled");
   meter.reach(0);
+  for (size_t i = 0; i < is_fixed_.size(); ++i)
+    if (is_fixed_[i] != 0) fixed_.push_back(static_cast<int>(i));
   if ((constraints.soft_diagonal.array() != 0).any()) {
     own_matrix_ = with_diagonal(K, constraints.soft_diagonal);
     matrix_ = &own_matrix_;
@@ -197,8 +199,7 @@ void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
 }
 
 void ConstrainedSystem::erase_fixed(Positions& x) const {
-  for (Eigen::Index i = 0; i < x.rows(); ++i)
-    if (is_fixed_[i] != 0) x.row(i).setZero();
+  for (const int i : fixed_) x.row(i).setZero();
 }
 
 void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) const {

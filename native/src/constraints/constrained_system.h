@@ -118,6 +118,7 @@ class ConstrainedSystem {
   SparseMatrix own_matrix_;     ///< if that is not K
   Workers workers_;
   std::vector<char> is_fixed_;
+  std::vector<int> fixed_;  ///< where is_fixed_ is not 0
   std::vector<LinearRow> averages_;
   std::vector<int> grounded_;
   int n_released_ = 0;                     ///< of them, the first, which are released

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "support/helpers.h"
@@ -32,6 +33,18 @@ TEST(RotationVectors, AreTheAxisTimesTheAngle) {
   }
   EXPECT_LT((arap::rotation_by(450 * kDegree * Vector3::UnitZ()).toRotationMatrix() - about_z(90)).norm(), 1e-14);
   EXPECT_EQ(arap::rotation_by(Vector3::Zero()).toRotationMatrix(), Matrix3::Identity());
+}
+
+TEST(RotationVectors, LessIdentityAreRightAtAnyAngle) {
+  const Vector3 axis = Vector3(1, -2, 3).normalized();
+  // Series end just above half a turn.
+  for (const double angle : {0.0, 1e-3, 1.0, 3.1415, 3.16, 3.17, 7.0}) {
+    const Matrix3 expected = rotation_about(axis, angle) - Matrix3::Identity();
+    EXPECT_LT((arap::rotation_less_identity(angle * axis) - expected).norm(), 1e-14) << angle;
+  }
+  // R itself would round there.
+  const Matrix3 small = arap::rotation_less_identity(1e-12 * axis);
+  EXPECT_LT(std::abs(small(2, 1) / (1e-12 * axis[0]) - 1), 1e-11);
 }
 
 TEST(RotationVectors, OfNearlyHalfATurnGoTheSameWay) {

@@ -82,16 +82,16 @@ void FaceForces::renumber(const std::vector<int>& new_of_old) {
 }
 
 Matrix3 FaceForces::change_of(int f, const Positions& turns, const Positions& log_scales) const {
+  const double share = 1.0 / (offsets_[f + 1] - offsets_[f]);
   Vector3 turn = Vector3::Zero();
   for (int k = offsets_[f]; k < offsets_[f + 1]; ++k) turn += turns.row(vertices_[k]).transpose();
-  const auto n_corners = static_cast<double>(offsets_[f + 1] - offsets_[f]);
-  Matrix3 change = rotation_by(turn / n_corners).toRotationMatrix();
+  Matrix3 change = rotation_less_identity(share * turn);
   if (log_scales.rows() > 0) {
     double log_scale = 0;
     for (int k = offsets_[f]; k < offsets_[f + 1]; ++k) log_scale += log_scales(vertices_[k], 0);
-    change *= std::exp(log_scale / n_corners);
+    change *= std::exp(share * log_scale);
+    change.diagonal().array() += std::expm1(share * log_scale);
   }
-  change.diagonal().array() -= 1;
   return change;
 }
 

@@ -8,6 +8,7 @@
 #include "base/eigen_compat.h"
 #include "optimize/harmonic_field.h"
 #include "parallel/meter.h"
+#include "parallel/parallel.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -103,9 +104,10 @@ Positions PoissonSolver::spread(const Positions& of_rows) const {
 
 Positions PoissonSolver::driven(Positions forces, const Positions& targets) const {
   const PreparedModel& model = model_.prepared;
-  Positions of_vertex = Positions::Zero(model.rest.rows(), 3);
+  Positions of_vertex(model.rest.rows(), 3);  // only at constrained vertices
   constraints_->write_vertex_targets(targets, of_vertex);
-  Positions positions = model.rest;
+  Positions positions;
+  copy_rows(model.workers, model.rest, positions);
   for (const int v : constraints_->hard_vertices) {
     const Eigen::RowVector3d shift = of_vertex.row(v) - model.rest.row(v);
     for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it) forces.row(it.row()) -= it.value() * shift;
@@ -115,7 +117,9 @@ Positions PoissonSolver::driven(Positions forces, const Positions& targets) cons
     forces.row(v) += constraints_->soft_diagonal[v] * (of_vertex.row(v) - model.rest.row(v));
   const Positions gaps = constraints_->held_gaps(constraints_->held_targets(targets), positions, model.workers);
   constraints_->system().correct_to(kAccuracy, forces, gaps);
-  positions += forces;
+  parallel_for<4096>(model.workers, static_cast<int>(positions.rows()), [&](int begin, int end) {
+    positions.middleRows(begin, end - begin) += forces.middleRows(begin, end - begin);
+  });
   return positions;
 }
 
