@@ -29,21 +29,33 @@ constexpr int kSteps = 4;
 /// The farthest that a vertex moves in a step: less than the distance, so that it cannot jump over the mesh.
 constexpr double kLongestStep = .2;
 
-/// Triangles of the fans of all faces.
-template <class Visit>
-void for_each_triangle(const PolygonMesh& mesh, const Visit& visit) {
-  for (int f = 0; f < mesh.n_faces(); ++f)
-    for (size_t k = 1; k + 1 < mesh.face(f).size(); ++k)
-      visit(std::array<Row, 3>{mesh.positions().row(mesh.face(f)[0]), mesh.positions().row(mesh.face(f)[k]),
-                               mesh.positions().row(mesh.face(f)[k + 1])});
-}
+using Triangle = std::array<Row, 3>;
+
+/// Those of the fans of all faces, in a box around the origin whose longest side is 1: of a mesh of any size, products
+/// of lengths neither overflow nor vanish there.
+struct UnitMesh {
+  Row center;
+  double size;
+  std::vector<Triangle> triangles;
+  Eigen::AlignedBox3d box;
+
+  explicit UnitMesh(const PolygonMesh& mesh)
+      : center(surface_box(mesh).center().transpose()), size(surface_box(mesh).sizes().maxCoeff()) {
+    const auto place = [&](int v) { return Row((mesh.positions().row(v) - center) / size); };
+    for (int f = 0; f < mesh.n_faces(); ++f)
+      for (size_t k = 1; k + 1 < mesh.face(f).size(); ++k)
+        triangles.push_back({place(mesh.face(f)[0]), place(mesh.face(f)[k]), place(mesh.face(f)[k + 1])});
+    for (const Triangle& triangle : triangles)
+      for (const Row& corner : triangle) box.extend(corner.transpose());
+  }
+};
 
 /// Solid cubes around and inside of a mesh.
 class SolidCubes {
  public:
   /// @param room  empty cubes on each side of the mesh, for contacts to fill
-  SolidCubes(const PolygonMesh& mesh, double size, int room) {
-    Eigen::AlignedBox3d box = surface_box(mesh);
+  SolidCubes(const UnitMesh& mesh, double size, int room) {
+    Eigen::AlignedBox3d box = mesh.box;
     box.min().array() -= room * size;
     box.max().array() += room * size;
     grid_ = grid_around(box, size);
@@ -74,16 +86,15 @@ class SolidCubes {
 
  private:
   /// A mesh moved by the margin along all axes, in either direction each, meets the cubes that are so near.
-  void add_surface(const PolygonMesh& mesh) {
+  void add_surface(const UnitMesh& mesh) {
     std::vector<Cube> cubes;
-    for_each_triangle(mesh, [&](const std::array<Row, 3>& corners) {
+    for (const Triangle& corners : mesh.triangles)
       for (int way = 0; way < 8; ++way) {
         const auto side = [&](int axis) { return (way >> axis) % 2 == 0 ? -1.0 : 1.0; };
         const Row shift = kMargin * grid_.size * Row(side(0), side(1), side(2));
         find_cubes(grid_, {corners[0] + shift, corners[1] + shift, corners[2] + shift}, cubes);
         for (const Cube& cube : cubes) is_solid_[grid_.index(cube)] = 1;
       }
-    });
   }
 
   /// All that cannot be reached from the corner of the grid.
@@ -208,7 +219,7 @@ double distance(const Row& point, const Row& a, const Row& b, const Row& c) {
 /// Moves the vertices of a cage towards the middles of their neighbours, as far as the mesh allows.
 class Smoother {
  public:
-  Smoother(Quads& quads, const PolygonMesh& mesh, const CubeGrid& grid)
+  Smoother(Quads& quads, const UnitMesh& mesh, const CubeGrid& grid)
       : quads_(quads),
         grid_(grid),
         samples_(samples_of(mesh, grid)),
@@ -232,7 +243,7 @@ class Smoother {
  private:
   /// So near to each other that none of the mesh is farther than a tenth of a cube from one. Rows of them go from the
   /// shortest edge of a triangle: a long thin one has few. Tiny triangles of a dense mesh share one in each small cell.
-  static std::vector<Row> samples_of(const PolygonMesh& mesh, const CubeGrid& grid) {
+  static std::vector<Row> samples_of(const UnitMesh& mesh, const CubeGrid& grid) {
     constexpr double kTiny = .05;
     constexpr int kCells = 33;  // along a cube: so a corner is .05 cubes from the one of its cell at most
     const double cube = grid.size;
@@ -243,11 +254,11 @@ class Smoother {
       return std::max(1, static_cast<int>(std::ceil(way.norm() / (.15 * cube))));
     };
     std::vector<Row> samples;
-    for_each_triangle(mesh, [&](const std::array<Row, 3>& c) {
+    for (const Triangle& c : mesh.triangles) {
       const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
       if (longest <= kTiny * cube) {
         if (taken.insert(cells.cube_at(c[0])).second) samples.push_back(c[0]);
-        return;
+        continue;
       }
       int first = 0;
       for (int k = 1; k < 3; ++k)
@@ -261,7 +272,7 @@ class Smoother {
         const int n = steps(row);
         for (int j = 0; j <= n; ++j) samples.emplace_back(c[first] + share * across + j * row / n);
       }
-    });
+    }
     return samples;
   }
 
@@ -329,15 +340,17 @@ PolygonMesh make_cage(const PolygonMesh& mesh, int cells) {
   if (cells < kFewest || cells > kMost)
     throw InvalidInput(text("cells = ", cells, ", must be >= ", kFewest, " and <= ", kMost));
   require_surface(mesh);
-  const double size = surface_box(mesh).sizes().maxCoeff() / cells;
+  const UnitMesh unit(mesh);
+  const double size = 1. / cells;
   int room = 2;
-  SolidCubes cubes(mesh, size, room);
-  while (cubes.fills_room()) cubes = SolidCubes(mesh, size, room *= 2);
+  SolidCubes cubes(unit, size, room);
+  while (cubes.fills_room()) cubes = SolidCubes(unit, size, room *= 2);
   Quads quads(cubes);
-  Smoother smoother(quads, mesh, cubes.grid());
+  Smoother smoother(quads, unit, cubes.grid());
   for (int k = 0; k < kSteps; ++k) smoother.step();
   Positions positions(static_cast<Eigen::Index>(quads.places.size()), 3);
-  for (size_t v = 0; v < quads.places.size(); ++v) positions.row(static_cast<Eigen::Index>(v)) = quads.places[v];
+  for (size_t v = 0; v < quads.places.size(); ++v)
+    positions.row(static_cast<Eigen::Index>(v)) = unit.size * quads.places[v] + unit.center;
   std::vector<int> corners;
   for (const std::array<int, 4>& face : quads.faces) corners.insert(corners.end(), face.begin(), face.end());
   return {std::move(positions), std::move(corners), std::vector<int>(quads.faces.size(), 4)};

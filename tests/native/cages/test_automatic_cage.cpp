@@ -96,6 +96,17 @@ TEST(AutomaticCage, FollowsTheMeshAndTheNumberOfCells) {
   EXPECT_LT(fine.diagonal(), 1.4 * mesh.diagonal());
 }
 
+TEST(AutomaticCage, OfAnySizeIsTheSame) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Positions expected = make_cage(mesh.mesh(), 5).positions();
+  for (const double size : {1e99, 1e-99, 1e-150}) {
+    const MeshData scaled = transformed(mesh, [&](const Vector3& x) { return Vector3(size * x); });
+    const Positions cage = make_cage(scaled.mesh(), 5).positions() / size;
+    ASSERT_EQ(cage.rows(), expected.rows());
+    EXPECT_LT(max_distance(cage, expected), 1e-12);
+  }
+}
+
 /// Two spheres apart have a cage each, with one surface.
 TEST(AutomaticCage, PartsFarApartAreParts) {
   const MeshData ball = icosphere(2);
