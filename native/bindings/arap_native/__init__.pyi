@@ -291,8 +291,9 @@ class Model:
             vertices: (k,) integers, each at most once.
             strengths: (k,) numbers in (0, 1]; None: all hard. 1 is hard, s < 1 soft: it adds
                 omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3
-                the target pulls at a vertex as strongly as its neighbours do. A part of the mesh that nothing holds
-                more strongly than 1e-9 is refused.
+                the target pulls at a vertex as strongly as its neighbours do. LatticeArap, EmbeddedDeformation and
+                CageArap have an omega of their own, see there. A part of the mesh that nothing holds more strongly
+                than 1e-9 is refused.
             patches: (offsets, vertices, weights), integers but for the weights: weighted averages held exactly; patch p
                 is the entries offsets[p]:offsets[p + 1].
             segments: (s, 2, 3) numbers, head and tail of bones at rest, for models with an inside. What is around one
@@ -461,6 +462,9 @@ class LatticeArap(Model):
     of a lattice around the mesh, so an iteration costs the same at every density of the mesh. Constrained vertices pull
     the lattice; what it leaves of hard ones is spread over two cubes around them, so these are exactly at their
     targets. Parts without an inside, as sheets, are posed as surfaces beside the others.
+
+    Strengths: omega_v = s / (1 - s) times the area at the vertex over the size of a cube, or more if a cube has little
+    area that is constrained.
     """
 
     def __init__(
@@ -571,6 +575,9 @@ class EmbeddedDeformation(Model):
 
     In solve() an iteration is a Newton step, and energies are pure numbers. Hard constraints are met as well as
     the nodes can. ``rotations`` are not used: a graph finds them.
+
+    Strengths: in place of omega is s / (1 - s) times the number of nodes over that of what is constrained, so a denser
+    mesh is held no more strongly.
     """
 
     def __init__(
@@ -616,6 +623,10 @@ class CageArap(Model):
     thousandth of the size. Loose vertices stay, and so do connected shells of the cage that no constrained vertex
     feels, or that are around parts without constraints. What is in them is at rest with harmonic coordinates. With mean
     values it may move a little, as it feels all shells.
+
+    Strengths: omega_v = k a_v s / (1 - s), k the mean of K_ii, a_v the area at the vertex over that at a vertex of the
+    cage. If connected constrained vertices have less than 1 of these together, each gets as much more. For hard ones
+    s / (1 - s) is 1e4.
     """
 
     def __init__(

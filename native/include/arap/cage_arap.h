@@ -44,7 +44,7 @@ struct CageArapOptions {
 
 /// As-rigid-as-possible deformation of a cage by vertices of the mesh that hangs on it. The unknowns are the vertices
 /// of the cage, and rotations those of nodes, so an iteration costs the same at every density of the mesh. Cages of
-/// some hundreds of vertices are meant: a bind takes time as their square, a set of constraints as their cube.
+/// some hundreds of vertices are meant: a bind takes time as their square, a set of constraints also as their cube.
 ///
 /// [HSL06] Huang, Shi, Liu, Zhou, Wei, Teng, Bao, Guo, Shum: Subspace Gradient Domain Mesh Deformation, SIGGRAPH 2006.
 ///
@@ -64,9 +64,12 @@ class CageArap {
   CageArap(const CageArap&) = delete;
   CageArap& operator=(const CageArap&) = delete;
 
-  /// As SurfaceArap::set_constraints. Constrained vertices pull as firmly at every density of the mesh. The cage brings
-  /// hard ones as near to their targets as it can, a region to about a thousandth of the size. Patches are held
-  /// exactly.
+  /// As SurfaceArap::set_constraints, but for the unit of strengths: s < 1 adds omega_v |p'_v - target|^2 with
+  /// omega_v = k a_v s / (1 - s), k the mean of K_ii, a_v the area at the vertex over that at a vertex of the cage. If
+  /// connected constrained vertices have less than 1 of these together, each gets as much more. So a region pulls as
+  /// firmly at every density of the mesh. For hard ones s / (1 - s) is 1e4: the cage brings them as near to their
+  /// targets as it can, a region to about a thousandth of the size. Patches are held exactly. Throws NotEnoughMemory,
+  /// too.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
   /// As SurfaceArap::solve.

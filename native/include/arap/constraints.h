@@ -50,7 +50,9 @@ struct ConstraintSet {
   std::vector<int> vertices;
   /// Of each vertex, in (0, 1]; empty: all hard. 1 is hard. s < 1 is soft: it adds omega_i |p'_i - target|^2 to the
   /// energy 1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly as
-  /// its neighbours do. A part of the mesh that nothing holds more strongly than 1e-9 is refused.
+  /// its neighbours do. The models with an omega of their own, whose unknowns are no vertices, say it at
+  /// set_constraints(): LatticeArap, EmbeddedDeformation, CageArap. A part of the mesh that nothing holds more strongly
+  /// than 1e-9 is refused.
   std::vector<double> strengths;
   /// Held exactly. If more than half of a patch's weight lies in one rigid region, the whole patch is attached to it.
   Patches patches;

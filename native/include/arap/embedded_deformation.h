@@ -71,8 +71,9 @@ class EmbeddedDeformation {
   EmbeddedDeformation(const EmbeddedDeformation&) = delete;
   EmbeddedDeformation& operator=(const EmbeddedDeformation&) = delete;
 
-  /// As SurfaceArap::set_constraints. Strengths below 1 are soft: strength s counts s / (1 - s) times in E_con. Hard
-  /// vertices and patches are met as well as the nodes can: a few of them exactly.
+  /// As SurfaceArap::set_constraints, but for the unit of strengths: s < 1 adds c |v' - target|^2 to E_con with c =
+  /// s / (1 - s) times the number of nodes over that of what is constrained, whatever K_ii is. So a denser mesh is held
+  /// no more strongly. Hard vertices and patches are met as well as the nodes can: a few of them exactly.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
   /// As SurfaceArap::solve; energies are pure numbers. An iteration is a Newton step. kHandleRotations starts

@@ -56,8 +56,10 @@ class LatticeArap {
   LatticeArap(const LatticeArap&) = delete;
   LatticeArap& operator=(const LatticeArap&) = delete;
 
-  /// As SurfaceArap::set_constraints. The lattice follows constrained vertices as well as it can; what it leaves of
-  /// hard ones is spread over two cubes around them, so these are exactly at their targets.
+  /// As SurfaceArap::set_constraints, but for the unit of strengths: s < 1 adds omega_v |p'_v - target|^2 with
+  /// omega_v = s / (1 - s) times the area at the vertex over the size of a cube, or more if a cube has little area that
+  /// is constrained. The lattice follows constrained vertices as well as it can; what it leaves of hard ones is spread
+  /// over two cubes around them, so these are exactly at their targets.
   /// Segments are held softly: a tug of war between bones and hard vertices is a compromise. Throws InvalidInput for a
   /// segment outside, too: see segments_outside().
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});

@@ -2,6 +2,7 @@
 #include "cages/cage_points.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <numeric>
 #include <string>
@@ -101,18 +102,44 @@ CagePoints::Rows CagePoints::rows(std::span<const int> points) const {
   return result;
 }
 
-Eigen::MatrixXd CagePoints::normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights) const {
+Eigen::MatrixXd CagePoints::transposed(std::span<const int> points, const Eigen::MatrixXd& x) const {
   const auto n = static_cast<int>(points.size());
+  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(cage_.n_vertices(), x.cols());
+  const Eigen::MatrixXd of_weights = parallel_reduce(
+      workers_, n, none,
+      [&](int begin, int end) {
+        Eigen::MatrixXd sum = none;
+        for (int k = begin; k < end; ++k) sum.noalias() += weights_.of_point(points[k]) * x.row(k);
+        return sum;
+      },
+      [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return Eigen::MatrixXd(a + b); },
+      std::max(kRows, n / kPartialSums + 1));
+  // As in rows().
+  Eigen::MatrixXd beyond = -affine_terms_.transpose() * of_weights;
+  for (int k = 0; k < n; ++k) {
+    beyond.row(0) += x.row(k);
+    beyond.bottomRows<3>() += rest_.row(points[k]).transpose() * x.row(k);
+  }
+  return of_weights + affine_.transpose() * beyond;
+}
+
+Eigen::MatrixXd CagePoints::normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights,
+                                          const Eigen::RowVectorXd& about, const MeterPart& meter) const {
+  const auto n = static_cast<int>(points.size());
+  const double bytes = sizeof(double) * std::pow(cage_.n_vertices(), 2);
+  constexpr int kOthers = 5;  // the sum twice, one that is made, and a factor
+  require_memory(bytes * (std::min(kPartialSums, n / kRows + 1) + kOthers), "a cage of so many vertices");
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(cage_.n_vertices(), cage_.n_vertices());
-  constexpr int kPartialSums = 8;  // that there is memory for
   const auto lower = parallel_reduce(
       workers_, n, none,
       [&](int begin, int end) {
         Eigen::MatrixXd sum = none;
         for (int first = begin; first < end; first += kRows) {
           const int size = std::min(kRows, end - first);
-          const Rows scaled = weights.segment(first, size).cwiseSqrt().asDiagonal() * rows(points.subspan(first, size));
+          Rows scaled = rows(points.subspan(first, size)).rowwise() - about;
+          scaled.array().colwise() *= weights.segment(first, size).array().sqrt();
           sum.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+          meter.add(static_cast<double>(size) / n);
         }
         return sum;
       },

@@ -64,13 +64,21 @@ class CagePoints {
   [[nodiscard]] Rows rows(int first, int n) const;
   /// The same of any points.
   [[nodiscard]] Rows rows(std::span<const int> points) const;
-  /// Phi^T diag(weights) Phi of some points, (n_vertices, n_vertices).
-  [[nodiscard]] Eigen::MatrixXd normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights) const;
+  /// Phi^T x of some points, (n_vertices, k).
+  /// @param x  (n_points, k)
+  [[nodiscard]] Eigen::MatrixXd transposed(std::span<const int> points, const Eigen::MatrixXd& x) const;
+  /// The sum of w (phi - about)^T (phi - about) over some points, (n_vertices, n_vertices).
+  /// @param weights  (n_points,) w
+  /// @param about    (n_vertices,) taken from each row phi
+  /// Throws Cancelled, or NotEnoughMemory: there must be enough for a factor of it, too.
+  [[nodiscard]] Eigen::MatrixXd normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights,
+                                              const Eigen::RowVectorXd& about, const MeterPart& meter) const;
 
   /// Points whose rows are made at once: they stay in the cache.
   static constexpr int kRows = 256;
 
  private:
+  static constexpr int kPartialSums = 8;                                ///< that there is memory for
   static constexpr int kBlocks = 16;                                    ///< that a thread takes at a time
   static constexpr size_t kSums = static_cast<size_t>(3) * kCageBlock;  ///< of a block
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "arap/error.h"
@@ -35,9 +36,10 @@ namespace arap {
 }
 
 /// Throws InvalidInput for a mesh that is nowhere.
-inline void require_surface(const PolygonMesh& mesh) {
+/// @param what  it is, for the message
+inline void require_surface(const PolygonMesh& mesh, const std::string& what = "the mesh") {
   if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size; give it faces");
+    throw InvalidInput(what + " has no faces or no size; give it faces");
 }
 
 /// Twice the vector area of a face: along its normal, as long as twice the area of its projection along the normal.

@@ -20,6 +20,20 @@ constexpr int kRows = 4096;
 /// Rows ahead that are fetched: the model's order is another one, so the processor cannot know what is read next.
 constexpr int kRowsAhead = 24;
 
+/// The mesh elsewhere, number(v) for each of its vertices.
+template <class Number>
+PolygonMesh with_vertices(const PolygonMesh& mesh, Positions positions, const Number& number) {
+  std::vector<int> corners;
+  std::vector<int> sizes;
+  corners.reserve(mesh.n_corners());
+  sizes.reserve(mesh.n_faces());
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    for (const int v : mesh.face(f)) corners.push_back(number(v));
+    sizes.push_back(static_cast<int>(mesh.face(f).size()));
+  }
+  return {std::move(positions), std::move(corners), std::move(sizes)};
+}
+
 }  // namespace
 
 ModelSpace::ModelSpace(const Positions& rest, const std::vector<int>& part_of_vertex)
@@ -149,15 +163,11 @@ std::vector<int> ModelSpace::regions_to_model(const std::vector<int>& of_input) 
 }
 
 PolygonMesh ModelSpace::make_model(const PolygonMesh& mesh) const {
-  std::vector<int> corners;
-  std::vector<int> sizes;
-  corners.reserve(mesh.n_corners());
-  sizes.reserve(mesh.n_faces());
-  for (int f = 0; f < mesh.n_faces(); ++f) {
-    for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);
-    sizes.push_back(static_cast<int>(mesh.face(f).size()));
-  }
-  return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
+  return with_vertices(mesh, to_model(mesh.positions(), Workers(1)), [&](int v) { return model_vertex_[v]; });
+}
+
+PolygonMesh ModelSpace::beside_model(const PolygonMesh& mesh) const {
+  return with_vertices(mesh, points_to_model(mesh.positions()), [](int v) { return v; });
 }
 
 Segment ModelSpace::to_model(const Segment& of_input) const {

@@ -54,6 +54,8 @@ class ModelSpace {
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
   /// The mesh given to the constructor.
   [[nodiscard]] PolygonMesh make_model(const PolygonMesh& mesh) const;
+  /// Another mesh beside it, whose vertices keep their numbers.
+  [[nodiscard]] PolygonMesh beside_model(const PolygonMesh& mesh) const;
   [[nodiscard]] Segment to_model(const Segment& of_input) const;
   [[nodiscard]] ConstraintSet to_model(ConstraintSet of_input) const;
 

@@ -8,6 +8,11 @@
 
 namespace arap {
 
+Progress part_of(const Progress& progress, double begin, double end) {
+  if (!progress) return {};
+  return [&progress, begin, end](double fraction) { return progress(begin + fraction * (end - begin)); };
+}
+
 Meter::Meter(const Progress& progress, std::string when_stopped)
     : progress_(progress),
       when_stopped_(std::move(when_stopped)),

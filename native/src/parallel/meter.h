@@ -12,6 +12,9 @@
 
 namespace arap {
 
+/// Progress of a part of the work. `progress` must outlive it.
+[[nodiscard]] Progress part_of(const Progress& progress, double begin, double end);
+
 /// How far long work is. Any thread says what it has done; the one that made the meter tells the caller's progress
 /// every tenth of a second. After the caller has stopped the work, or its progress has thrown, every thread that says
 /// something gets that exception.

@@ -23,7 +23,10 @@ TEST(CagePoints, RowsAreWhatADeformationDoes) {
       Positions carried(20, 3);
       points.deform(moved, [&](int p, const Vector3& place) { carried.row(p) = place.transpose(); });
       EXPECT_LT(max_distance(points.rows(0, 20) * moved, carried), 1e-13 * mesh.diagonal()) << mesh.name;
-      EXPECT_LT((points.rows(std::vector{3, 7}).row(1) - points.rows(5, 4).row(2)).norm(), 1e-15);
+      const std::vector<int> two{3, 7};
+      EXPECT_LT((points.rows(two).row(1) - points.rows(5, 4).row(2)).norm(), 1e-15);
+      EXPECT_LT((points.transposed(two, carried.topRows(2)) - points.rows(two).transpose() * carried.topRows(2)).norm(),
+                1e-13 * mesh.diagonal());
     }
 }
 

@@ -51,6 +51,19 @@ except MemoryError as error:
 assert len(solver.solve(mesh.positions[:3]).positions) == 6_000, "the former set stays"
 """
 
+CAGE_WITHOUT_MEMORY = """
+import resource, numpy as np, arap_native, sample_meshes
+mesh = sample_meshes.tube()
+cage = arap_native.make_cage(*mesh, cells=40)
+model = arap_native.CageArap(*mesh, arap_native.CageArapOptions(energy="cage"), cage=cage)
+limit = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 60_000_000
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+try:
+    model.set_constraints(np.arange(12, dtype=np.int32))
+except MemoryError as error:
+    print(error)
+"""
+
 # No thread can be made: each would take more memory for its stack than there is.
 WITHOUT_THREADS = """
 import resource, numpy as np, arap_native, zoo
@@ -73,6 +86,12 @@ def test_too_little_memory_is_said_in_words():
 def test_a_factor_that_cannot_fit_is_refused_before_memory_runs_out():
     needed = r"the factor of this mesh needs about \d+ MB of memory, but there are only \d+ MB; .+"
     assert re.fullmatch(needed, printed(FACTOR_WITHOUT_MEMORY))
+
+
+@linux_only
+def test_constraints_of_a_cage_that_cannot_fit_are_refused():
+    needed = r"a cage of so many vertices needs about \d+ MB of memory, but there are only \d+ MB; .+"
+    assert re.fullmatch(needed, printed(CAGE_WITHOUT_MEMORY))
 
 
 @linux_only

@@ -21,16 +21,6 @@ namespace arap {
 
 namespace {
 
-PolygonMesh moved_mesh(const PolygonMesh& mesh, Positions positions) {
-  std::vector<int> corners;
-  std::vector<int> sizes;
-  for (int f = 0; f < mesh.n_faces(); ++f) {
-    corners.insert(corners.end(), mesh.face(f).begin(), mesh.face(f).end());
-    sizes.push_back(static_cast<int>(mesh.face(f).size()));
-  }
-  return {std::move(positions), std::move(corners), std::move(sizes)};
-}
-
 CageOptions of_points(const CageArapOptions& options) {
   CageOptions result;
   result.coordinates = options.coordinates;
@@ -55,7 +45,7 @@ struct CageArap::Impl {
       : space(input),
         mesh(space.make_model(input)),
         carried(vertices_in_faces(mesh)),
-        cage(moved_mesh(input_cage, space.points_to_model(input_cage.positions()))),
+        cage(space.beside_model(input_cage)),
         points(cage, mesh.positions()(carried, all), of_points(options), {&meter, 0.5}),
         areas(vertex_areas(mesh)),
         engine(prepare(options, {&meter, 0.5})),
@@ -79,8 +69,13 @@ struct CageArap::Impl {
     user.require_constraints(set);
     if (engine.has_constraints() && set == constraints) return;
     ConstraintSet copy = set;
-    CageHolds next(points, point_of_vertex, mesh, areas, cage, model.energy.K.diagonal().mean(), space.to_model(set));
-    engine.set_constraints({{}, next.rows(), next.handle_of_row()}, progress);
+    constexpr double kHolds = .8;  // of the time
+    const Progress of_holds = part_of(progress, 0, kHolds);
+    Meter meter(of_holds, "setting constraints was cancelled");
+    meter.tell();
+    CageHolds next(points, point_of_vertex, mesh, areas, cage, model.energy.K.diagonal().mean(), space.to_model(set),
+                   {&meter, 1});
+    engine.set_constraints({{}, next.rows(), next.handle_of_row()}, part_of(progress, kHolds, 1));
     holds = std::move(next);
     constraints = std::move(copy);
   }

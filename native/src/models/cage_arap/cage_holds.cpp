@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/cage_arap/cage_holds.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "base/eigen_compat.h"
 #include "base/union_find.h"
 #include "parallel/parallel.h"
 #include "sampling/surface_patch.h"
@@ -25,6 +25,9 @@ constexpr double kHardStrength = 1e4;
 /// What of a matrix, beside its largest value, moves no held vertex that one would see.
 constexpr double kLeast = 1e-8;
 
+/// What the rows of vertices differ by from rounding alone, beside their length.
+constexpr double kRounding = 1e-12;
+
 /// A constrained vertex holds a shell that has a larger share of its weights.
 constexpr double kLeastShare = 1e-3;
 
@@ -35,19 +38,27 @@ int largest_of(const Eigen::RowVectorXd& values) {
 }
 
 /// Columns B of which B B^T is N, up to a small part: a Cholesky factor whose pivots are the largest ones left.
-Eigen::MatrixXd thin_factor(const Eigen::MatrixXd& N) {
+struct ThinFactor {
+  Eigen::MatrixXd columns;
+  std::vector<int> pivots;  ///< the row of the pivot of each column
+};
+
+/// @param rounding  what of N's diagonal is not more than that
+ThinFactor thin_factor(const Eigen::MatrixXd& N, double rounding, const MeterPart& meter) {
   Eigen::VectorXd left = N.diagonal();
-  const double largest = left.maxCoeff();
+  const double least = std::max(kLeast * left.maxCoeff(), rounding);
   Eigen::MatrixXd B(N.rows(), N.cols());
-  Eigen::Index n = 0;
-  for (; n < B.cols(); ++n) {
+  std::vector<int> pivots;
+  for (Eigen::Index n = 0; n < B.cols(); ++n) {
     Eigen::Index pivot = 0;
     const double value = left.maxCoeff(&pivot);
-    if (!(value > kLeast * largest)) break;
+    if (!(value > least)) break;
     B.col(n) = (N.col(pivot) - B.leftCols(n) * B.row(pivot).head(n).transpose()) / std::sqrt(value);
     left -= B.col(n).cwiseAbs2();
+    pivots.push_back(static_cast<int>(pivot));
+    meter.add(1. / static_cast<double>(N.cols()));
   }
-  return B.leftCols(n);
+  return {B.leftCols(std::ssize(pivots)), std::move(pivots)};
 }
 
 double strength_of(const ConstraintSet& set, size_t k) {
@@ -77,10 +88,12 @@ std::map<int, int> handles_of(const PolygonMesh& mesh, const std::vector<char>& 
 
 CageHolds::CageHolds(const CagePoints& points, const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
                      const std::vector<double>& areas, const PolygonMesh& cage, double stiffness,
-                     const ConstraintSet& set)
+                     const ConstraintSet& set, const MeterPart& meter)
     : points_(&points), cage_(&cage), is_held_(cage.n_parts(), 0) {
+  constexpr double kShells = .05;  // of the time
   hold_shells(point_of_vertex, mesh, set);
-  add_handles(point_of_vertex, mesh, areas, stiffness, set);
+  meter.add(kShells);
+  add_handles(point_of_vertex, mesh, areas, stiffness, set, meter.part(1 - kShells));
   for (int p = 0; p < set.patches.size(); ++p) add_patch(point_of_vertex, set, p);
   add_shells();
 }
@@ -112,7 +125,8 @@ void CageHolds::hold_shells(const std::vector<int>& point_of_vertex, const Polyg
 }
 
 void CageHolds::add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
-                            const std::vector<double>& areas, double stiffness, const ConstraintSet& set) {
+                            const std::vector<double>& areas, double stiffness, const ConstraintSet& set,
+                            const MeterPart& meter) {
   std::vector<char> is_constrained(mesh.n_vertices(), 0);
   for (const int v : set.vertices) is_constrained[v] = point_of_vertex[v] >= 0 ? 1 : 0;
   const std::map<int, int> handle_of_vertex = handles_of(mesh, is_constrained);
@@ -134,32 +148,42 @@ void CageHolds::add_handles(const std::vector<int>& point_of_vertex, const Polyg
       handle.sources.push_back(static_cast<int>(k));
       handle.points.push_back(point_of_vertex[v]);
     }
-    add_rows(std::move(handle), stiffness);
+    const double share = static_cast<double>(of_handle.size()) / static_cast<double>(handle_of_vertex.size());
+    add_rows(std::move(handle), stiffness, meter.part(share));
   }
 }
 
-void CageHolds::add_rows(Handle handle, double stiffness) {
-  const Eigen::MatrixXd N = points_->normal_matrix(handle.points, handle.weights);
-  const Eigen::MatrixXd B = thin_factor(N);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(B.transpose() * B);
-  const auto n_rows = (eigen.eigenvalues().array() > kLeast * eigen.eigenvalues().maxCoeff()).count();
-  const Eigen::VectorXd values = eigen.eigenvalues().tail(n_rows);
-  // The eigenvectors over their values: these combinations of sum_v omega_v phi_v t_v are targets, and the same ones
-  // of N are rows, so that what the cage can meet it meets.
-  const Eigen::MatrixXd combinations = values.array().pow(-1.5).matrix().asDiagonal() *
-                                       eigen.eigenvectors().rightCols(n_rows).transpose() * B.transpose();
-  const Eigen::MatrixXd rows = combinations * N;
-  const auto n = static_cast<int>(handle.points.size());
-  handle.to_rows.resize(n_rows, n);
-  parallel_for<CagePoints::kRows>(points_->workers(), n, [&](int begin, int end) {
-    const auto weights = handle.weights.segment(begin, end - begin);
-    const CagePoints::Rows phi = points_->rows(std::span(handle.points).subspan(begin, end - begin));
-    handle.to_rows.middleCols(begin, end - begin) = combinations * phi.transpose() * weights.asDiagonal();
-  });
+void CageHolds::add_rows(Handle handle, double stiffness, const MeterPart& meter) {
   const auto number = static_cast<int>(handles_.size());
-  for (Eigen::Index r = 0; r < n_rows; ++r)
-    add_row(rows.row(r), 2 * stiffness * values[r], handle.sources.front(), number);
+  const double sum = handle.weights.sum();
+  const Eigen::RowVectorXd mean = points_->transposed(handle.points, handle.weights).transpose() / sum;
+  add_row(mean, 2 * stiffness * sum, handle.sources.front(), number);
+  if (handle.points.size() > 1) {
+    constexpr double kProduct = .9;  // of the time
+    const Eigen::MatrixXd N = points_->normal_matrix(handle.points, handle.weights, mean, meter.part(kProduct));
+    const double rounding = kRounding * kRounding * sum * mean.squaredNorm();
+    auto [columns, pivots] = thin_factor(N, rounding, meter.part(1 - kProduct));
+    const Eigen::VectorXd lengths = columns.colwise().norm();
+    for (Eigen::Index r = 0; r < columns.cols(); ++r)
+      add_row(columns.col(r).transpose() / lengths[r], 2 * stiffness * lengths[r] * lengths[r], handle.sources.front(),
+              number);
+    handle.to_pulls = columns(pivots, all) * lengths.asDiagonal();
+    handle.pivots = std::move(pivots);
+  }
   handles_.push_back(std::move(handle));
+}
+
+Positions CageHolds::targets_of(const Handle& handle, const Positions& of_set) const {
+  Positions own = of_set(handle.sources, all);
+  const Eigen::RowVector3d mean = handle.weights.transpose() * own / handle.weights.sum();
+  own = handle.weights.asDiagonal() * (own.rowwise() - mean);
+  Positions result(1 + std::ssize(handle.pivots), 3);
+  result.row(0) = mean;
+  if (handle.pivots.empty()) return result;
+  const Eigen::MatrixXd pulls = points_->transposed(handle.points, own);
+  result.bottomRows(std::ssize(handle.pivots)) =
+      handle.to_pulls.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd(pulls(handle.pivots, all)));
+  return result;
 }
 
 void CageHolds::add_patch(const std::vector<int>& point_of_vertex, const ConstraintSet& set, int p) {
@@ -170,8 +194,8 @@ void CageHolds::add_patch(const std::vector<int>& point_of_vertex, const Constra
     of_patch.push_back(point_of_vertex[set.patches.vertices[k]]);
     weights.push_back(set.patches.weights[k]);
   }
-  const auto weight = Eigen::RowVectorXd::Map(weights.data(), std::ssize(weights));
-  const Eigen::RowVectorXd average = weight * points_->rows(of_patch) / weight.sum();
+  const auto weight = Eigen::VectorXd::Map(weights.data(), std::ssize(weights));
+  const Eigen::RowVectorXd average = points_->transposed(of_patch, weight).transpose() / weight.sum();
   const int source = static_cast<int>(set.vertices.size()) + p;
   add_row(average, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
 }
@@ -199,6 +223,7 @@ std::vector<int> CageHolds::homes_of_parts(const std::vector<int>& point_of_vert
 }
 
 Eigen::MatrixXd CageHolds::shares_of_shells(std::span<const int> points) const {
+  if (cage_->n_parts() == 1) return Eigen::MatrixXd::Ones(std::ssize(points), 1);
   const CagePoints::Rows weights = points_->rows(points);
   Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(weights.rows(), cage_->n_parts());
   for (int v = 0; v < cage_->n_vertices(); ++v)
@@ -222,10 +247,9 @@ Positions CageHolds::targets(const Positions& of_set) const {
   Positions result(rows_.size(), 3);
   Eigen::Index row = 0;
   for (const Handle& handle : handles_) {
-    Positions own(std::ssize(handle.sources), 3);
-    for (Eigen::Index k = 0; k < own.rows(); ++k) own.row(k) = of_set.row(handle.sources[k]);
-    result.middleRows(row, handle.to_rows.rows()) = handle.to_rows * own;
-    row += handle.to_rows.rows();
+    const Positions own = targets_of(handle, of_set);
+    result.middleRows(row, own.rows()) = own;
+    row += own.rows();
   }
   for (; row < result.rows() - std::ssize(shell_rows_); ++row) result.row(row) = of_set.row(sources_[row]);
   for (const int v : shell_rows_) result.row(row++) = cage_->positions().row(v);

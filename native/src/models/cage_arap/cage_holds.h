@@ -9,14 +9,16 @@
 #include "arap/mesh.h"
 #include "cages/cage_points.h"
 #include "constraints/linear_rows.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
 /// What constrained vertices of a mesh mean for the cage that carries them: sum_v omega_v |phi_v c - t_v|^2 with
 /// omega_v = strength times area_v / area of a vertex of the cage, so that a region is held as firmly at every density
 /// of the mesh. If the areas of a handle (connected vertices) sum to less, each vertex gets as much more that they do.
-/// Of a handle this has a few rows that matter, the eigenvectors of its matrix: far fewer than vertices, and than
-/// vertices of the cage.
+/// Of a handle this has a few rows that matter, far fewer than vertices, and than vertices of the cage: its mean, and
+/// those of a thin Cholesky factor of how its vertices differ from that. So a handle that is tiny beside the cage has
+/// rows of its turn, too.
 class CageHolds {
  public:
   CageHolds() = default;
@@ -27,8 +29,10 @@ class CageHolds {
   /// @param cage             at rest
   /// @param stiffness        mean diagonal of K
   /// @param set              with numbers of the mesh's vertices
+  /// Throws Cancelled, or NotEnoughMemory.
   CageHolds(const CagePoints& points, const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
-            const std::vector<double>& areas, const PolygonMesh& cage, double stiffness, const ConstraintSet& set);
+            const std::vector<double>& areas, const PolygonMesh& cage, double stiffness, const ConstraintSet& set,
+            const MeterPart& meter);
 
   /// Rows over the vertices of the cage: those of handles, then one a patch, then the vertices of shells (connected
   /// parts of the cage) that stay: those that no constrained vertex feels, and those of parts of the mesh without
@@ -44,18 +48,20 @@ class CageHolds {
   [[nodiscard]] const std::vector<int>& parts_at_rest() const { return parts_at_rest_; }
 
  private:
-  /// Rows of connected vertices, one after the other.
+  /// Connected vertices, whose rows are one after the other: first their mean.
   struct Handle {
     std::vector<int> sources;  ///< rows of the set's targets
     std::vector<int> points;
-    Eigen::VectorXd weights;  ///< omega
-    Eigen::MatrixXd to_rows;  ///< (n_rows, n) of t, the rows' targets
+    Eigen::VectorXd weights;   ///< omega
+    std::vector<int> pivots;   ///< vertices of the cage: what is pulled at them tells the targets of the other rows
+    Eigen::MatrixXd to_pulls;  ///< lower triangular: the pulls at the pivots, of those targets
   };
 
   void hold_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh, const ConstraintSet& set);
   void add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh, const std::vector<double>& areas,
-                   double stiffness, const ConstraintSet& set);
-  void add_rows(Handle handle, double stiffness);
+                   double stiffness, const ConstraintSet& set, const MeterPart& meter);
+  void add_rows(Handle handle, double stiffness, const MeterPart& meter);
+  [[nodiscard]] Positions targets_of(const Handle& handle, const Positions& of_set) const;
   void add_patch(const std::vector<int>& point_of_vertex, const ConstraintSet& set, int p);
   void add_shells();
   void add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle);

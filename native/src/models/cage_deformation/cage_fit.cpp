@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/cage_deformation/cage_fit.h"
 
-#include <algorithm>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -10,13 +9,10 @@
 
 namespace arap {
 
-Positions CageFit::transposed(const Positions& x) const {
-  Positions sum = Positions::Zero(points_.cage().n_vertices(), 3);
-  for (int first = 0; first < points_.size(); first += CagePoints::kRows) {
-    const int n = std::min(CagePoints::kRows, points_.size() - first);
-    sum += points_.rows(first, n).transpose() * x.middleRows(first, n);
-  }
-  return sum / points_.size();
+std::vector<int> CageFit::all_points() const {
+  std::vector<int> result(points_.size());
+  std::iota(result.begin(), result.end(), 0);
+  return result;
 }
 
 CageFit::Matrix CageFit::smoothing() const {
@@ -39,9 +35,8 @@ CageFit::Matrix CageFit::smoothing() const {
 
 void CageFit::factorize(double smoothness) const {
   if (gram_.size() == 0) {
-    std::vector<int> all_points(points_.size());
-    std::iota(all_points.begin(), all_points.end(), 0);
-    gram_ = points_.normal_matrix(all_points, Eigen::VectorXd::Constant(points_.size(), 1. / points_.size()));
+    const auto weights = Eigen::VectorXd::Constant(points_.size(), 1. / points_.size());
+    gram_ = points_.normal_matrix(all_points(), weights, Eigen::RowVectorXd::Zero(points_.cage().n_vertices()), {});
     smoothing_ = smoothing();
   }
   if (smoothness == smoothness_) return;
@@ -56,7 +51,8 @@ Positions CageFit::fit(const Positions& positions, double smoothness) const {
   const double unit = points_.cage().size();
   const AffineMap map = best_similarity(unit * points_.rest(), positions);
   const Positions left = positions - map.apply(unit * points_.rest());
-  return map.apply(unit * points_.cage().vertices()) + Positions(factor_.solve(transposed(left)));
+  const Matrix mean = points_.transposed(all_points(), left) / points_.size();
+  return map.apply(unit * points_.cage().vertices()) + Positions(factor_.solve(mean));
 }
 
 }  // namespace arap

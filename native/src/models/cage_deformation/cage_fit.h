@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <mutex>
+#include <vector>
 
 #include "arap/types.h"
 #include "cages/cage_points.h"
@@ -24,8 +25,7 @@ class CageFit {
  private:
   using Matrix = Eigen::MatrixXd;
 
-  /// Phi^T x / n, of x (n, 3).
-  [[nodiscard]] Positions transposed(const Positions& x) const;
+  [[nodiscard]] std::vector<int> all_points() const;
   /// L^T L / c, and a little that holds what neither points nor edges do.
   [[nodiscard]] Matrix smoothing() const;
   void factorize(double smoothness) const;

@@ -24,8 +24,7 @@ namespace {
 using Row = Eigen::RowVector3d;
 
 void require_same_faces(const PolygonMesh& source, const PolygonMesh& target) {
-  if (source.n_faces() == 0 || !(source.diagonal() > 0))
-    throw InvalidInput("the source has no faces or no size, so there are no gradients to transfer; give it faces");
+  require_surface(source, "the source");
   if (source.n_vertices() != target.n_vertices() || source.n_faces() != target.n_faces())
     throw InvalidInput(text("the target has ", target.n_vertices(), " vertices and ", target.n_faces(),
                             " faces, the source ", source.n_vertices(), " and ", source.n_faces(),

@@ -18,12 +18,6 @@ namespace {
 /// Of turns, scales and positions, as a part of what they differ by.
 constexpr double kAccuracy = 1e-11;
 
-/// Progress of a part of the work.
-Progress part_of(const Progress& progress, double begin, double end) {
-  if (!progress) return {};
-  return [&progress, begin, end](double fraction) { return progress(begin + fraction * (end - begin)); };
-}
-
 /// (n_targets, 3) logarithms of the scales in the first column; no rows where all scales are 1.
 Positions log_scales_of(std::span<const Matrix3> rotations) {
   constexpr double kRounding = 1e-12;

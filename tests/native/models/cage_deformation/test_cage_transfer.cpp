@@ -120,7 +120,7 @@ TEST(CageTransfer, SaysWhatIsWrong) {
       [&] {
         transfer(MeshData{"", mesh.vertices, {}}, mesh);
       },
-      {"the source has no faces or no size"});
+      {"the source has no faces or no size; give it faces"});
   expect_error<InvalidInput>([&] { transfer(mesh, icosphere(0)); },
                              {"the target has 12 vertices and 20 faces, the source 8 and 6; give cages of the same"});
   MeshData turned = mesh;
