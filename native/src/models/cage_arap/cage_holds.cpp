@@ -11,6 +11,7 @@
 
 #include "base/eigen_compat.h"
 #include "base/union_find.h"
+#include "cages/cage_motion.h"
 #include "parallel/parallel.h"
 #include "sampling/surface_patch.h"
 
@@ -173,16 +174,26 @@ void CageHolds::add_rows(Handle handle, double stiffness, const MeterPart& meter
   handles_.push_back(std::move(handle));
 }
 
-Positions CageHolds::targets_of(const Handle& handle, const Positions& of_set) const {
-  Positions own = of_set(handle.sources, all);
-  const Eigen::RowVector3d mean = handle.weights.transpose() * own / handle.weights.sum();
-  own = handle.weights.asDiagonal() * (own.rowwise() - mean);
-  Positions result(1 + std::ssize(handle.pivots), 3);
-  result.row(0) = mean;
-  if (handle.pivots.empty()) return result;
-  const Eigen::MatrixXd pulls = points_->transposed(handle.points, own);
-  result.bottomRows(std::ssize(handle.pivots)) =
-      handle.to_pulls.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd(pulls(handle.pivots, all)));
+Positions CageHolds::targets_of(const Handle& handle, int first, const Positions& of_set) const {
+  const Positions own = of_set(handle.sources, all);
+  const auto mean = [&](const Positions& of) {
+    return Eigen::RowVector3d(handle.weights.transpose() * of / handle.weights.sum());
+  };
+  const auto n_others = std::ssize(handle.pivots);
+  if (n_others == 0) return mean(own);
+  // The substitution loses digits of what is large in it. So it has what the best similarity leaves: rows are exact of
+  // that itself.
+  const double unit = points_->cage().size();
+  const Positions rest = unit * points_->rest()(handle.points, all);
+  const AffineMap map = best_similarity(rest, own);
+  const Positions cage = map.apply(unit * points_->cage().vertices());
+  const Positions left = own - map.apply(rest);
+  Positions result(1 + n_others, 3);
+  result.row(0) = mean(left);
+  const Positions pulling = handle.weights.asDiagonal() * (left.rowwise() - mean(left));
+  const Eigen::MatrixXd pulls = points_->transposed(handle.points, pulling)(handle.pivots, all);
+  result.bottomRows(n_others) = handle.to_pulls.triangularView<Eigen::Lower>().solve(pulls);
+  for (Eigen::Index r = 0; r < result.rows(); ++r) result.row(r) += rows_.rows[first + r].of(cage);
   return result;
 }
 
@@ -247,7 +258,7 @@ Positions CageHolds::targets(const Positions& of_set) const {
   Positions result(rows_.size(), 3);
   Eigen::Index row = 0;
   for (const Handle& handle : handles_) {
-    const Positions own = targets_of(handle, of_set);
+    const Positions own = targets_of(handle, static_cast<int>(row), of_set);
     result.middleRows(row, own.rows()) = own;
     row += own.rows();
   }

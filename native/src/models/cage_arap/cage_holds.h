@@ -61,7 +61,8 @@ class CageHolds {
   void add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh, const std::vector<double>& areas,
                    double stiffness, const ConstraintSet& set, const MeterPart& meter);
   void add_rows(Handle handle, double stiffness, const MeterPart& meter);
-  [[nodiscard]] Positions targets_of(const Handle& handle, const Positions& of_set) const;
+  /// @param first  of its rows
+  [[nodiscard]] Positions targets_of(const Handle& handle, int first, const Positions& of_set) const;
   void add_patch(const std::vector<int>& point_of_vertex, const ConstraintSet& set, int p);
   void add_shells();
   void add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle);
