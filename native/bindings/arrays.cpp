@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace arap_native {
@@ -15,9 +16,63 @@ namespace {
 constexpr const char* kReals = "real numbers";
 constexpr const char* kIntegers = "integers";
 
+using Limits = std::numeric_limits<int>;
+
+[[noreturn]] void refuse_entry(const std::string& entry, py::ssize_t place, const std::string& name) {
+  throw py::value_error(name + " has the entry " + entry + " at place " + std::to_string(place) + ", must be from " +
+                        std::to_string(Limits::min()) + " to " + std::to_string(Limits::max()));
+}
+
+/// numpy would leave out which values are not valid.
+void require_unmasked(const py::object& array, const std::string& name) {
+  const bool is_plain = Py_TYPE(array.ptr()) == py::detail::npy_api::get().PyArray_Type_;
+  if (!is_plain && py::module_::import("numpy").attr("ma").attr("is_masked")(array).cast<bool>())
+    throw py::value_error(name + " has masked values, expected an array without: fill them or leave them out");
+}
+
+/// Refuses what numpy would make numbers of another kind: a bool among numbers, and an integer that does not fit.
+template <typename T>
+class Entries {
+ public:
+  Entries(const std::string& name, const char* expected) : name_(name), expected_(expected) {}
+
+  void require(py::handle list, int depth = 1) {
+    constexpr int kDeepest = 4;  // numpy refuses what is deeper
+    for (const py::handle entry : list) {
+      if (py::isinstance<py::list>(entry) || py::isinstance<py::tuple>(entry)) {
+        if (depth < kDeepest) require(entry, depth + 1);
+      } else {
+        require_number(entry);
+        ++place_;
+      }
+    }
+  }
+
+ private:
+  void require_number(py::handle entry) const {
+    if (py::isinstance<py::bool_>(entry) || py::isinstance(entry, numpy_bool_))
+      throw py::value_error(name_ + " has the entry " + std::string(py::str(entry)) + " at place " +
+                            std::to_string(place_) + ", expected " + expected_);
+    if (!std::is_same_v<T, int> || !PyLong_Check(entry.ptr())) return;
+    int overflow = 0;
+    const long long value = PyLong_AsLongLongAndOverflow(entry.ptr(), &overflow);
+    if (overflow != 0 || !std::in_range<int>(value)) refuse_entry(py::str(entry), place_, name_);
+  }
+
+  const std::string& name_;
+  const char* expected_;
+  py::object numpy_bool_ = py::module_::import("numpy").attr("bool_");
+  py::ssize_t place_ = 0;  ///< how many entries come before
+};
+
 /// `object` as an array of any dtype of numbers.
+template <typename T>
 py::array as_array(const py::object& object, const std::string& name, const char* expected) {
-  if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+  if (py::isinstance<py::array>(object)) {
+    require_unmasked(object, name);
+    return py::reinterpret_borrow<py::array>(object);
+  }
+  if (py::isinstance<py::list>(object) || py::isinstance<py::tuple>(object)) Entries<T>(name, expected).require(object);
   const auto refused = [&] {
     return py::type_error(name + " is of type " + type_name(object) + ", expected an array of " + expected +
                           ", or what numpy.asarray() makes one");
@@ -48,15 +103,11 @@ py::array_t<T, kReadable> cast(const py::array& array) {
 /// Integers of another width as int32.
 template <typename Wide>
 py::array narrowed(const py::array& array, const std::string& name) {
-  using Limits = std::numeric_limits<int>;
   const auto wide = cast<Wide>(array);
   const Wide* const begin = wide.data();
   const Wide* const end = begin + wide.size();
   const Wide* const too_large = std::find_if(begin, end, [](Wide value) { return !std::in_range<int>(value); });
-  if (too_large != end)
-    throw py::value_error(name + " has the entry " + std::to_string(*too_large) + " at place " +
-                          std::to_string(too_large - begin) + ", must be from " + std::to_string(Limits::min()) +
-                          " to " + std::to_string(Limits::max()));
+  if (too_large != end) refuse_entry(std::to_string(*too_large), too_large - begin, name);
   return cast<int>(wide);
 }
 
@@ -73,7 +124,7 @@ bool has_shape(const py::array& array, Shape shape) {
 
 template <>
 py::array numbers_from<double>(const py::object& object, const std::string& name) {
-  const py::array array = as_array(object, name, kReals);
+  const py::array array = as_array<double>(object, name, kReals);
   const char kind = array.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u') refuse_dtype(array, name, kReals);
   return cast<double>(array);
@@ -81,7 +132,7 @@ py::array numbers_from<double>(const py::object& object, const std::string& name
 
 template <>
 py::array numbers_from<int>(const py::object& object, const std::string& name) {
-  const py::array array = as_array(object, name, kIntegers);
+  const py::array array = as_array<int>(object, name, kIntegers);
   const char kind = array.dtype().kind();
   if (kind == 'b') refuse_dtype(array, name, "integers: indices, not a mask");
   if (kind == 'u') return narrowed<uint64_t>(array, name);
@@ -120,6 +171,7 @@ std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const ch
   if (object.is_none()) return {};
   if (!py::isinstance<py::array>(object))
     throw py::type_error("out is of type " + type_name(object) + ", expected a numpy array of float32");
+  require_unmasked(object, "out");
   auto array = py::reinterpret_borrow<py::array>(object);
   if (!array.dtype().equal(py::dtype::of<float>())) refuse_dtype(array, "out", "float32");
   require_shape(array, "out", {n_rows, 3}, rows_text);

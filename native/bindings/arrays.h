@@ -43,7 +43,8 @@ std::string shape_text(const py::array& array);
 std::string type_name(py::handle object);
 
 /// `object`, an array or what numpy makes one, as float64 or int32 in C order; itself where it is so already. Throws a
-/// TypeError for what is no array, a ValueError for another kind of numbers or an integer that does not fit.
+/// TypeError for what is no array, a ValueError for another kind of numbers, masked values or an integer that does not
+/// fit.
 template <typename T>
 py::array numbers_from(const py::object& object, const std::string& name);
 template <>

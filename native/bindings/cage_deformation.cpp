@@ -28,7 +28,7 @@ struct CageInput {
 
   CageInput(Object given_points, Object rest_positions, Object faces, Object face_sizes, const arap::CageOptions* given)
       : points(positions_from(given_points, "points", "n", "one row per point")),
-        cage(mesh_from(rest_positions, faces, face_sizes)) {
+        cage(prefixed_mesh_from("cage: ", rest_positions, faces, face_sizes)) {
     if (given != nullptr) options = *given;
   }
 

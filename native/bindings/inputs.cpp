@@ -41,9 +41,14 @@ void add_faces(MeshArrays& mesh, const py::object& faces) {
   mesh.corner_vertices = vector_from<int>(corner_vertices, name, "c", "one number per vertex of a face");
 }
 
-/// @param prefix  of messages
-MeshArrays prefixed_mesh(const std::string& prefix, const py::object& rest_positions, const py::object& faces,
-                         const py::object& face_sizes) {
+}  // namespace
+
+MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
+  return prefixed_mesh_from({}, rest_positions, faces, face_sizes);
+}
+
+MeshArrays prefixed_mesh_from(const std::string& prefix, const py::object& rest_positions, const py::object& faces,
+                              const py::object& face_sizes) {
   const std::string name = prefix + "faces";
   MeshArrays mesh{prefix, positions_from(rest_positions, prefix + "rest_positions", "n", "one row per vertex"), {}, {}};
   if (!face_sizes.is_none()) {
@@ -63,18 +68,12 @@ MeshArrays prefixed_mesh(const std::string& prefix, const py::object& rest_posit
   return mesh;
 }
 
-}  // namespace
-
-MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
-  return prefixed_mesh({}, rest_positions, faces, face_sizes);
-}
-
 MeshArrays mesh_from_tuple(const py::object& object, const std::string& name) {
   const bool is_sequence = py::isinstance<py::tuple>(object) || py::isinstance<py::list>(object);
   if (!is_sequence || py::len(object) < 2 || py::len(object) > 3)
     throw py::type_error(name + " is not a tuple of arrays, expected (rest_positions, faces)");
   const py::tuple fields(object);
-  return prefixed_mesh(name + ": ", fields[0], fields[1], fields.size() == 3 ? py::object(fields[2]) : py::none());
+  return prefixed_mesh_from(name + ": ", fields[0], fields[1], fields.size() == 3 ? py::object(fields[2]) : py::none());
 }
 
 CagedArrays caged_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes,

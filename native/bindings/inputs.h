@@ -32,6 +32,10 @@ struct MeshArrays {
 
 /// @param faces  a row or a list per face, or with `face_sizes` one face after the other
 MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes);
+/// The same of one among several meshes.
+/// @param prefix  of messages
+MeshArrays prefixed_mesh_from(const std::string& prefix, const py::object& rest_positions, const py::object& faces,
+                              const py::object& face_sizes);
 /// Of a tuple or list as make_cage() returns it, with or without face_sizes. Messages begin with the name.
 MeshArrays mesh_from_tuple(const py::object& object, const std::string& name);
 arap::PolygonMesh mesh_of(MeshArrays arrays);

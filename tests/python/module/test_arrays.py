@@ -138,6 +138,16 @@ BOUNDS = "must be from -2147483648 to 2147483647"
         (np.zeros(3, np.float32), ValueError, "has dtype float32, expected integers"),
         (np.zeros(96, bool), ValueError, "has dtype bool, expected integers: indices, not a mask"),
         ([5, 2**31], ValueError, f"has the entry 2147483648 at place 1, {BOUNDS}"),
+        ([5, 2**63], ValueError, f"has the entry 9223372036854775808 at place 1, {BOUNDS}"),
+        ([2**64], ValueError, f"has the entry 18446744073709551616 at place 0, {BOUNDS}"),
+        ([5, np.int64(2**40)], ValueError, f"has the entry 1099511627776 at place 1, {BOUNDS}"),
+        ([5, True], ValueError, "has the entry True at place 1, expected integers"),
+        ((5, np.False_), ValueError, "has the entry False at place 1, expected integers"),
+        (
+            np.ma.masked_equal([5, 6], 6),
+            ValueError,
+            "has masked values, expected an array without: fill them or leave them out",
+        ),
         (np.array([[0, -(2**40)]]).T, ValueError, f"has the entry -1099511627776 at place 1, {BOUNDS}"),
         (np.array([2**64 - 1], np.uint64), ValueError, f"has the entry 18446744073709551615 at place 0, {BOUNDS}"),
     ],
@@ -159,6 +169,7 @@ def test_what_is_wrong_with_faces():
     )
     assert said(ValueError, QUADS[:, :2]) == "faces has shape (16, 2), expected three or more vertices in a row"
     assert said(ValueError, [[0, 1, 2], [3, 4]]) == "face_sizes[1] = 2, must be >= 3"
+    assert said(ValueError, [[0, 1, 2], [3, 4, True]]) == "faces has the entry True at place 5, expected integers"
     assert said(ValueError, [[[0, 1, 2], [3, 4, 5]]]) == (
         "faces has shape (2, 3), expected (c,): one number per vertex of a face"
     )

@@ -127,6 +127,8 @@ def test_what_is_wrong_is_told_in_words():
         CageDeformation(np.zeros(3), positions, corners, sizes)
     with pytest.raises(ValueError, match=r"^the cage is not closed: its edge from vertex \d to \d has 1 face;"):
         CageDeformation(points_inside(), positions, corners[4:], sizes[1:])
+    with pytest.raises(ValueError, match=r"^cage: rest_positions has shape \(8, 2\), expected \(n, 3\): one row per"):
+        CageDeformation(points_inside(), positions[:, :2], corners, sizes)
     with pytest.raises(ValueError, match=r"^1 of 2 points are not inside of the cage \(1\), "):
         CageDeformation(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0]]), *cube(), GREEN)
     cage = CageDeformation(points_inside(), *cube())
