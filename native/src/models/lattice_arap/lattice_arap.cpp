@@ -93,11 +93,6 @@ class Held {
   HeldSegments segments_;
 };
 
-Progress part_of(const Progress& whole, double begin, double end) {
-  if (!whole) return {};
-  return [&whole, begin, end](double done) { return whole(begin + (end - begin) * done); };
-}
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
