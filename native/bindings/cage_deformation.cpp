@@ -101,9 +101,9 @@ class BoundCage {
   std::shared_ptr<const Native> native_;
 };
 
-arap::PolygonMesh made_cage(MeshArrays mesh, int cells) {
+arap::PolygonMesh made_cage(MeshArrays mesh, int cells, const arap::Progress& progress) {
   const WithoutGil no_gil;
-  return arap::make_cage(mesh_of(std::move(mesh)), cells);
+  return arap::make_cage(mesh_of(std::move(mesh)), cells, progress);
 }
 
 arap::Positions transferred(MeshArrays source, const arap::Positions& moved_source, MeshArrays target) {
@@ -123,10 +123,24 @@ py::tuple arrays_of(const arap::PolygonMesh& cage) {
 void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   m.def(
       "make_cage",
-      [](Object rest_positions, Object faces, Object face_sizes, int cells) {
-        return arrays_of(made_cage(mesh_from(rest_positions, faces, face_sizes), cells));
+      [](Object rest_positions, Object faces, Object face_sizes, int cells, py::object progress) {
+        MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
+        ProgressCall call(std::move(progress));
+        return arrays_of(made_cage(std::move(mesh), cells, call.function()));
       },
       docstrings::make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
+      py::arg("cells") = 10, py::kw_only(), py::arg("progress") = py::none());
+  m.def(
+      "begin_make_cage",
+      [jobs](Object rest_positions, Object faces, Object face_sizes, int cells) {
+        return begin_job(
+            *jobs,
+            [mesh = mesh_from(rest_positions, faces, face_sizes), cells](const arap::Progress& progress) mutable {
+              return arap::make_cage(mesh_of(std::move(mesh)), cells, progress);
+            },
+            [](const arap::PolygonMesh& cage) -> py::object { return arrays_of(cage); });
+      },
+      docstrings::begin_make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
       py::arg("cells") = 10);
   m.def(
       "transfer_cage",

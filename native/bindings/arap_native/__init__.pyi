@@ -885,6 +885,8 @@ def make_cage(
     faces: ArrayLike,
     face_sizes: ArrayLike | None = None,
     cells: int = 10,
+    *,
+    progress: Progress | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """A cage of quads around a mesh, for a CageDeformation: the outside of the cubes that it is in or near, smoothed.
 
@@ -892,7 +894,7 @@ def make_cage(
     than a seventh of a cube.
 
     Args:
-        rest_positions, faces, face_sizes: the mesh, as for SurfaceArap.
+        rest_positions, faces, face_sizes, progress: the mesh, as for SurfaceArap.
         cells: cubes along the longest side of its bounding box, 2 to 50.
 
     Returns:
@@ -900,7 +902,16 @@ def make_cage(
 
     Raises:
         ValueError: bad arrays or ``cells``, or a mesh without faces or size.
+        Cancelled: ``progress`` returned False.
     """
+
+def begin_make_cage(
+    rest_positions: ArrayLike,
+    faces: ArrayLike,
+    face_sizes: ArrayLike | None = None,
+    cells: int = 10,
+) -> Job[tuple[NDArray[np.float64], NDArray[np.int32]]]:
+    """Begins to make a cage: make_cage() as a job."""
 
 def transfer_cage(
     source: tuple[ArrayLike, ...], moved_source: ArrayLike, target: tuple[ArrayLike, ...]

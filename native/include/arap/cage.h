@@ -131,9 +131,10 @@ class CageDeformation {
 /// A cage of quads around a mesh and what is inside of it: the outside of the cubes of a coarse grid that the mesh is
 /// in or near, smoothed. The mesh may be open, or of several parts; holes smaller than a cube are closed. It is nowhere
 /// nearer to the cage than a seventh of a cube, and finer grids follow it more closely.
-/// @param cells  cubes along the longest side of the mesh's bounding box, 2 to 50; about 10 is meant
-/// Throws InvalidInput for other numbers, or a mesh without faces or size.
-[[nodiscard]] PolygonMesh make_cage(const PolygonMesh& mesh, int cells = 10);
+/// @param cells     cubes along the longest side of the mesh's bounding box, 2 to 50; about 10 is meant
+/// @param progress  may stop it
+/// Throws InvalidInput for other numbers, or a mesh without faces or size; Cancelled.
+[[nodiscard]] PolygonMesh make_cage(const PolygonMesh& mesh, int cells = 10, const Progress& progress = {});
 
 }  // namespace ARAP_COMPILED_ALIKE
 }  // namespace arap

@@ -13,6 +13,7 @@
 #include "lattice/cube_grid.h"
 #include "lattice/triangle_cubes.h"
 #include "mesh/surface_measures.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -48,19 +49,28 @@ struct UnitMesh {
     for (const Triangle& triangle : triangles)
       for (const Row& corner : triangle) box.extend(corner.transpose());
   }
+
+  template <class Visit>
+  void for_each_triangle(const MeterPart& meter, const Visit& visit) const {
+    const auto n = static_cast<int>(triangles.size());
+    for (int t = 0; t < n; ++t) {
+      visit(triangles[t]);
+      meter.add_nth(t, n);
+    }
+  }
 };
 
 /// Solid cubes around and inside of a mesh.
 class SolidCubes {
  public:
   /// @param room  empty cubes on each side of the mesh, for contacts to fill
-  SolidCubes(const UnitMesh& mesh, double size, int room) {
+  SolidCubes(const UnitMesh& mesh, double size, int room, const MeterPart& meter) {
     Eigen::AlignedBox3d box = mesh.box;
     box.min().array() -= room * size;
     box.max().array() += room * size;
     grid_ = grid_around(box, size);
     is_solid_.assign(static_cast<size_t>(grid_.counts[0]) * grid_.counts[1] * grid_.counts[2], 0);
-    add_surface(mesh);
+    add_surface(mesh, meter);
     do fill_inside();
     while (fill_contacts());
   }
@@ -86,15 +96,16 @@ class SolidCubes {
 
  private:
   /// A mesh moved by the margin along all axes, in either direction each, meets the cubes that are so near.
-  void add_surface(const UnitMesh& mesh) {
+  void add_surface(const UnitMesh& mesh, const MeterPart& meter) {
     std::vector<Cube> cubes;
-    for (const Triangle& corners : mesh.triangles)
+    mesh.for_each_triangle(meter, [&](const Triangle& corners) {
       for (int way = 0; way < 8; ++way) {
         const auto side = [&](int axis) { return (way >> axis) % 2 == 0 ? -1.0 : 1.0; };
         const Row shift = kMargin * grid_.size * Row(side(0), side(1), side(2));
         find_cubes(grid_, {corners[0] + shift, corners[1] + shift, corners[2] + shift}, cubes);
         for (const Cube& cube : cubes) is_solid_[grid_.index(cube)] = 1;
       }
+    });
   }
 
   /// All that cannot be reached from the corner of the grid.
@@ -219,10 +230,10 @@ double distance(const Row& point, const Row& a, const Row& b, const Row& c) {
 /// Moves the vertices of a cage towards the middles of their neighbours, as far as the mesh allows.
 class Smoother {
  public:
-  Smoother(Quads& quads, const UnitMesh& mesh, const CubeGrid& grid)
+  Smoother(Quads& quads, const UnitMesh& mesh, const CubeGrid& grid, const MeterPart& meter)
       : quads_(quads),
         grid_(grid),
-        samples_(samples_of(mesh, grid)),
+        samples_(samples_of(mesh, grid, meter)),
         samples_of_cube_(grid.counts[0] * grid.counts[1] * grid.counts[2],
                          [&](const auto& add) {
                            for (int s = 0; s < static_cast<int>(samples_.size()); ++s)
@@ -233,17 +244,20 @@ class Smoother {
             for (const int v : quads.faces[f]) add(v, f);
         }) {}
 
-  void step() {
+  void step(const MeterPart& meter) {
     std::vector<Row> goals;
     goals.reserve(quads_.places.size());
     for (int v = 0; v < static_cast<int>(quads_.places.size()); ++v) goals.push_back(goal(v));
-    for (size_t v = 0; v < goals.size(); ++v) move(static_cast<int>(v), goals[v]);
+    for (size_t v = 0; v < goals.size(); ++v) {
+      move(static_cast<int>(v), goals[v]);
+      meter.add(1.0 / static_cast<double>(goals.size()));
+    }
   }
 
  private:
   /// So near to each other that none of the mesh is farther than a tenth of a cube from one. Rows of them go from the
   /// shortest edge of a triangle: a long thin one has few. Tiny triangles of a dense mesh share one in each small cell.
-  static std::vector<Row> samples_of(const UnitMesh& mesh, const CubeGrid& grid) {
+  static std::vector<Row> samples_of(const UnitMesh& mesh, const CubeGrid& grid, const MeterPart& meter) {
     constexpr double kTiny = .05;
     constexpr int kCells = 33;  // along a cube: so a corner is .05 cubes from the one of its cell at most
     const double cube = grid.size;
@@ -254,11 +268,11 @@ class Smoother {
       return std::max(1, static_cast<int>(std::ceil(way.norm() / (.15 * cube))));
     };
     std::vector<Row> samples;
-    for (const Triangle& c : mesh.triangles) {
+    mesh.for_each_triangle(meter, [&](const Triangle& c) {
       const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
       if (longest <= kTiny * cube) {
         if (taken.insert(cells.cube_at(c[0])).second) samples.push_back(c[0]);
-        continue;
+        return;
       }
       int first = 0;
       for (int k = 1; k < 3; ++k)
@@ -272,7 +286,7 @@ class Smoother {
         const int n = steps(row);
         for (int j = 0; j <= n; ++j) samples.emplace_back(c[first] + share * across + j * row / n);
       }
-    }
+    });
     return samples;
   }
 
@@ -334,7 +348,7 @@ class Smoother {
 
 inline namespace ARAP_COMPILED_ALIKE {
 
-PolygonMesh make_cage(const PolygonMesh& mesh, int cells) {
+PolygonMesh make_cage(const PolygonMesh& mesh, int cells, const Progress& progress) {
   constexpr int kFewest = 2;
   constexpr int kMost = 50;
   if (cells < kFewest || cells > kMost)
@@ -342,17 +356,20 @@ PolygonMesh make_cage(const PolygonMesh& mesh, int cells) {
   require_surface(mesh);
   const UnitMesh unit(mesh);
   const double size = 1. / cells;
+  Meter meter(progress, "making the cage was cancelled");
+  const MeterPart whole{&meter, 1};
   int room = 2;
-  SolidCubes cubes(unit, size, room);
-  while (cubes.fills_room()) cubes = SolidCubes(unit, size, room *= 2);
+  SolidCubes cubes(unit, size, room, whole.part(.6));
+  while (cubes.fills_room()) cubes = SolidCubes(unit, size, room *= 2, whole.part(0));
   Quads quads(cubes);
-  Smoother smoother(quads, unit, cubes.grid());
-  for (int k = 0; k < kSteps; ++k) smoother.step();
+  Smoother smoother(quads, unit, cubes.grid(), whole.part(.2));
+  for (int k = 0; k < kSteps; ++k) smoother.step(whole.part(.2 / kSteps));
   Positions positions(static_cast<Eigen::Index>(quads.places.size()), 3);
   for (size_t v = 0; v < quads.places.size(); ++v)
     positions.row(static_cast<Eigen::Index>(v)) = unit.size * quads.places[v] + unit.center;
   std::vector<int> corners;
   for (const std::array<int, 4>& face : quads.faces) corners.insert(corners.end(), face.begin(), face.end());
+  meter.reach(1);
   return {std::move(positions), std::move(corners), std::vector<int>(quads.faces.size(), 4)};
 }
 

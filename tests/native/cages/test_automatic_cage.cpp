@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "arap/cage.h"
 #include "arap/error.h"
@@ -113,6 +115,20 @@ TEST(AutomaticCage, PartsFarApartAreParts) {
   const MeshData two = join(ball, transformed(ball, [](const Vector3& x) { return Vector3(x + Vector3(9, 0, 0)); }));
   EXPECT_EQ(make_cage(two.mesh(), 20).n_parts(), 2);
   EXPECT_EQ(make_cage(two.mesh(), 2).n_parts(), 1);
+}
+
+TEST(AutomaticCage, ProgressRisesToOneAndMayStop) {
+  const MeshData mesh = bar(2, Faces::kQuads);
+  std::vector<double> told;
+  static_cast<void>(make_cage(mesh.mesh(), 4, [&](double fraction) {
+    told.push_back(fraction);
+    return true;
+  }));
+  ASSERT_FALSE(told.empty());
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.back(), 1);
+  expect_error<arap::Cancelled>([&] { static_cast<void>(make_cage(mesh.mesh(), 4, [](double) { return false; })); },
+                                {"the cage", "cancelled"});
 }
 
 TEST(AutomaticCageErrors, SayWhatIsWrong) {

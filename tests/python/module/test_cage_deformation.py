@@ -104,6 +104,14 @@ def test_a_job_does_what_the_constructor_does():
     assert np.array_equal(cage.deform(moved), CageDeformation(points_inside(), *cube(), GREEN).deform(moved))
 
 
+def test_a_cage_is_made_by_a_job_too():
+    job = arap_native.begin_make_cage(*cube(), cells=3)
+    for made, expected in zip(job.result(), arap_native.make_cage(*cube(), cells=3), strict=True):
+        assert np.array_equal(made, expected)
+    with pytest.raises(arap_native.Cancelled, match="making the cage was cancelled"):
+        arap_native.make_cage(*cube(), progress=lambda _: False)
+
+
 def test_progress_may_stop_it():
     told = []
     CageDeformation(points_inside(), *cube(), progress=told.append)
