@@ -24,7 +24,8 @@ MODULES = {
     "scene": ("remembered", "redraw"),
     "ui": ("panels", "edit_mode", "waiting"),
     "setup": (
-        "handles",
+        "handle_changes",
+        "made_objects",
         "rows",
         "list_operators",
         "bone_operators",

@@ -16,7 +16,7 @@ from ..core import sessions
 from ..core.arrays import Floats
 from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
 from ..scene.cages import place as cages
-from ..setup.handles import take_over
+from ..setup.handle_changes import take_over
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
 
@@ -52,7 +52,7 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
     shape_keys.check_shown(obj, _live_key(obj))
     if not name:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
-    return shape_keys.new(obj, name, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
+    return shape_keys.new(obj, name, pose_key.shown_positions(obj, meshes.read_rest(obj)))
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
@@ -87,7 +87,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     shape_keys.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes.read_stretch(obj, depsgraph)  # raises before anything has changed
-    shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
+    shape_keys.shift_all(obj, key, pose_key.shown_positions(obj, meshes.read_rest(obj)))
     rests = _rest_matrices(obj)
     _set_rest_here(obj, depsgraph)
     placing.forget_shapes(obj)

@@ -4,6 +4,7 @@
 
 import zlib
 
+import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 # Files store the numbers, so an item keeps its number.
@@ -30,6 +31,11 @@ COORDINATES = (
         2,
     ),
 )
+
+
+def may_be_cage(obj: bpy.types.Object) -> bool:
+    """Whether a look that takes no time finds no reason against it, for a list of objects; see scene/cages."""
+    return obj.type == "MESH" and len(obj.data.polygons) > 0
 
 
 class CageRest:

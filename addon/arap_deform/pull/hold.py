@@ -96,7 +96,7 @@ def begin_pull(
     key = pose_key.find(obj)
     if key is not None:
         shape_keys.check_shown(obj, key)
-    shown = begun.shown if begun else handle_motion.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
+    shown = begun.shown if begun else pose_key.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
     grabs = _without_held(obj, grabs, inputs.specs)
     grabbed = np.concatenate([grab.vertices for grab in grabs])
     others = _without(pins.grabs_of(obj), grabbed)

@@ -13,7 +13,7 @@ from ..core.arrays import Float32s, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..props.bounds import bounded
-from ..scene import groups, handle_motion, meshes, staying, versions
+from ..scene import groups, meshes, pose_key, staying, versions
 from ..setup.handles import add_handle
 from ..setup.names import name_for
 from ..setup.pins import add_pin
@@ -97,7 +97,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     if not grabs:
         raise ValueError(f"Nothing of '{obj.name}' has been pulled or pinned with the tool: drag or click it first")
     rest = meshes.read_rest(obj)
-    shown = handle_motion.shown_positions(obj, rest)
+    shown = pose_key.shown_positions(obj, rest)
     has_moved = np.abs(shown - rest).max(axis=1) > MOVED * diagonal_of(rest)
     hold = None
     if not has_set_pins(obj):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats
 from ..core.transforms import transformed
-from . import meshes, pose_key, versions
+from . import meshes
 from .cages import read as cages
 
 if TYPE_CHECKING:
@@ -228,17 +228,3 @@ def bone_rest_matrix(armature: bpy.types.Object, bone: str, depsgraph: bpy.types
     """(4, 4) world matrix of a bone in the rest position of its armature, where that stands now."""
     in_armature = np.array(armature.data.bones[bone].matrix_local, dtype=np.float64)
     return np.asarray(meshes.read_matrix(armature, depsgraph) @ in_armature)
-
-
-def pose_key_of(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key if it shows something."""
-    key = pose_key.find(obj)
-    return None if key is None or key.mute or key.value == 0.0 else key
-
-
-def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n, 3) float32 the pose shown by the live key, without other keys and modifiers."""
-    key = pose_key_of(obj)
-    if key is not None and key.value == 1.0:
-        return versions.read_key(key)  # to the last bit
-    return rest if key is None else np.asarray(rest + key.value * (versions.read_key(key) - rest), dtype=np.float32)

@@ -19,7 +19,7 @@ from ..core.patches import Point, Surface, held_by_themselves, points_of, withou
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
-from . import handle_motion, meshes
+from . import meshes, pose_key
 from .inputs import enabled_entries, groups_of, has_group, hold_of, settings_of, spec_of
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class HeldMesh:
     def _rest_and_shown(self) -> tuple[Float32s, Float32s]:
         """(n, 3) each, of its own vertices."""
         rest = meshes.read_rest(self._obj)
-        return rest, handle_motion.shown_positions(self._obj, rest)
+        return rest, pose_key.shown_positions(self._obj, rest)
 
     @property
     def is_at_rest(self) -> bool:

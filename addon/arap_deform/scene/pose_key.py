@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live key: the shape key that takes the pose of an object. Which one it is, and what Esc gives back.
+"""The live key: the shape key that takes the pose of an object. Which one it is, what it shows, what Esc brings back.
 
 The add-on has made it (``made_keys``), and it has the name in ``obj.arap``. If a key of the artist's own has that name,
 it is left alone, and the live key takes the next free name, as Blender numbers names.
@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import bpy
+import numpy as np
 
 from ..core import sessions
 from ..core.arrays import Float32s
@@ -73,6 +74,20 @@ def look(obj: bpy.types.Object) -> PoseKey:
 def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
     """The live key, None if there is none yet."""
     return look(obj).key
+
+
+def shown(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
+    """The live key if it shows something."""
+    key = find(obj)
+    return None if key is None or key.mute or key.value == 0.0 else key
+
+
+def shown_positions(obj: bpy.types.Object, rest: Float32s) -> Float32s:
+    """(n, 3) float32 the pose shown by the live key, without other keys and modifiers."""
+    key = shown(obj)
+    if key is not None and key.value == 1.0:
+        return versions.read_key(key)  # to the last bit
+    return rest if key is None else np.asarray(rest + key.value * (versions.read_key(key) - rest), dtype=np.float32)
 
 
 def name_of(obj: bpy.types.Object) -> str:

@@ -31,6 +31,8 @@ _targets: dict[tuple[str, int], set[int]] = {}
 nothing."""
 _owners: dict[tuple[str, str, str], str] = {}
 """Name of the mesh, '' if there is none, by names of scene, view layer and moving object."""
+_in_hand: dict[tuple[str, str], str] = {}
+"""Name of the mesh that panels showed last, by names of scene and view layer. An undo leaves it in hand."""
 
 
 def is_empty_group(obj: bpy.types.Object, group: str) -> bool:
@@ -83,11 +85,15 @@ def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
 
 
 def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types.Object | None:
-    """A mesh in the view layer that ``target`` moves, None if there is none.
+    """A mesh in the view layer that ``target`` moves, None if there is none. Of several the one in hand.
 
     Only a look at every object of the scene can say "none".
     """
-    key = (view_layer.id_data.name_full, view_layer.name, target.name_full)
+    layer = (view_layer.id_data.name_full, view_layer.name)
+    in_hand = view_layer.objects.get(_in_hand.get(layer, ""))
+    if in_hand is not None and is_moved_by(in_hand, target):
+        return in_hand
+    key = (*layer, target.name_full)
     name = _owners.get(key)
     if name == "":
         return None
@@ -96,6 +102,11 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
         owner = next((obj for obj in view_layer.objects if is_moved_by(obj, target)), None)
         _owners[key] = owner.name if owner is not None else ""
     return owner
+
+
+def take_in_hand(view_layer: bpy.types.ViewLayer, obj: bpy.types.Object) -> None:
+    """Panels show this mesh, and go on to do so while an object is picked that moves it."""
+    _in_hand[view_layer.id_data.name_full, view_layer.name] = obj.name
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
@@ -137,3 +148,4 @@ CALLBACKS = ((hooks.handle_changed, _on_handle_changed),)
 
 def unregister() -> None:
     clear()
+    _in_hand.clear()

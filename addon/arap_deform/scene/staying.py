@@ -15,7 +15,7 @@ from ..core.patches import Point, diagonal_of, without_points
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import transformed
 from ..core.unbound import Pulls
-from . import handle_motion, meshes
+from . import handle_motion, meshes, pose_key
 from .held import HeldMesh
 from .inputs import has_group
 
@@ -54,7 +54,7 @@ def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, u
     for entry in added:
         entry.forget_shape()
     rest = meshes.read_rest(obj)
-    shown = handle_motion.shown_positions(obj, rest)
+    shown = pose_key.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
         held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
         entries = _entries(obj, depsgraph, held, set(added))

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..scene import handle_motion, meshes
-from .handles import all_or_none, making, new_handle, take_over
+from .handle_changes import making, take_over
+from .handles import all_or_none, new_handle
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle

@@ -11,9 +11,11 @@ import numpy as np
 from ..core import naming, native
 from ..core.arrays import Floats, Ints
 from ..core.transforms import SolverSpace
-from ..scene import handle_motion, meshes
+from ..scene import handle_motion, meshes, pose_key
 from ..scene.cages import read
-from .handles import all_or_none, collection_for_made, making, new_handle, take_over
+from .handle_changes import making, take_over
+from .handles import all_or_none, new_handle
+from .made_objects import collection_for_made
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -39,7 +41,7 @@ def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mea
     meshes.check_local(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     space = SolverSpace(meshes.read_stretch(obj, depsgraph))
-    shown = handle_motion.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
+    shown = pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
     positions, quads = native.load().make_cage(space.to_solver(shown), *meshes.read_faces(obj.data), cells)
     cage = _new_object(obj, positions @ space.unstretch.T, quads)
     try:
@@ -70,17 +72,17 @@ def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "
     meshes.check_local(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     reason = handle_motion.target_problem(obj, cage, "", depsgraph)
-    reason = reason or _why_no_cage(obj, cage, depsgraph)
+    reason = reason or read.why_no_cage(obj, cage, depsgraph)
     if reason:
         raise ValueError(f"'{obj.name}' cannot take the cage: {reason}")
     with all_or_none(obj):
         handle = next((h for h in obj.arap.handles if h.is_cage and h.target == cage), None) or _new(obj, cage)
+        if handle_motion.other_owner(obj, handle) is not None:
+            handle.has_made_target = False  # of the mesh that this is a copy of: now the artist has chosen it
         if coordinates:
             handle.coordinates = coordinates
         take_over(obj, handle)
-    for other in obj.arap.handles:
-        if other.is_cage:
-            other.is_enabled = other == handle
+    handle.is_enabled = True  # which switches off the others
     return handle
 
 
@@ -91,32 +93,6 @@ def _new(obj: bpy.types.Object, cage: bpy.types.Object) -> ArapHandle:
         handle.is_enabled = False  # until its rest is known: a mesh that follows looks at it at any time
         handle.target = cage
     return handle
-
-
-def _why_no_cage(obj: bpy.types.Object, cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
-    """Why an object cannot be a cage of the mesh, whatever its coordinates; '' if it can."""
-    if cage.type != "MESH":
-        return f"'{cage.name}' is not a mesh; choose a closed mesh around it"
-    if cage.data.is_editmode:
-        cage.update_from_editmode()
-    n = len(cage.data.vertices)
-    if not len(cage.data.polygons):
-        return f"'{cage.name}' has no faces; choose a closed mesh around it"
-    positions = read.evaluated_positions(cage, depsgraph, handle_motion.object_matrix(obj, depsgraph))
-    if len(positions) != n:
-        return (
-            f"'{cage.name}' has {n} vertices, but {len(positions)} with its modifiers; switch off the modifier that "
-            "does it, or apply it"
-        )
-    shown = handle_motion.shown_positions(obj, meshes.read_rest(obj))
-    # The box of the cage is inside of that of the mesh: the two were mistaken for each other.
-    if ((positions.min(axis=0) > shown.min(axis=0)) & (positions.max(axis=0) < shown.max(axis=0))).all():
-        return f"'{cage.name}' is inside of it; choose a closed mesh around it"
-    try:  # a bind of one vertex takes no time, and checks the faces
-        native.load().CageDeformation(shown[:1], positions, *meshes.read_faces(cage.data))
-    except ValueError as error:
-        return str(error)
-    return ""
 
 
 def _new_object(obj: bpy.types.Object, positions: Floats, quads: Ints) -> bpy.types.Object:

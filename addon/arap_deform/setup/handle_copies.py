@@ -8,7 +8,8 @@ import numpy as np
 from mathutils import Matrix
 
 from ..scene import handle_motion, meshes
-from .handles import collection_for_made, making
+from .handle_changes import making
+from .made_objects import collection_for_made
 
 
 def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:

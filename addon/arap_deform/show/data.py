@@ -14,7 +14,7 @@ from ..core import sessions
 from ..core.arrays import Float32s
 from ..core.session import Session
 from ..props.bounds import bounded
-from ..scene import handle_motion, meshes, versions
+from ..scene import handle_motion, meshes, pose_key, versions
 from ..scene.cages.read import enabled_cage
 from .strain import EdgeStrain, colors_of
 
@@ -63,12 +63,12 @@ def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.
     evaluated = obj.evaluated_get(depsgraph).data
     if len(evaluated.vertices) == len(surface.rest):
         return versions.read_positions(evaluated)
-    return handle_motion.shown_positions(obj, surface.rest)
+    return pose_key.shown_positions(obj, surface.rest)
 
 
 def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
     """(n, 4) float32 RGBA, of the pose without other shape keys and modifiers."""
-    shown = handle_motion.shown_positions(obj, surface.rest)
+    shown = pose_key.shown_positions(obj, surface.rest)
     return colors_of(surface.strain.of(shown), bounded(obj.arap.overlay, "strain_limit") / 100.0)
 
 

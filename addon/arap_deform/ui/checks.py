@@ -33,6 +33,13 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     the active object moves, so the panel stays when a cage, an empty or an armature is picked; the only mesh that is
     being posed; the only selected mesh.
     """
+    obj = _find(context)
+    if obj is not None:
+        remembered.take_in_hand(context.view_layer, obj)
+    return obj
+
+
+def _find(context: bpy.types.Context) -> bpy.types.Object | None:
     active = getattr(context, "object", None)  # a timer or a handler may have no window
     found = [_local_object(context.view_layer, name) for name in sessions.acts]
     posed = [obj for obj in found if obj is not None]  # the others are in another scene, or renamed

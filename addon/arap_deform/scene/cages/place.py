@@ -14,7 +14,7 @@ from mathutils import Matrix
 
 from ...core.arrays import Float32s
 from ...core.cages.shape import CageShape
-from .. import handle_motion, meshes, versions
+from .. import handle_motion, meshes, pose_key, versions
 from . import read, saved
 
 if TYPE_CHECKING:
@@ -39,7 +39,13 @@ class CageState:
 
 
 def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> None:
-    """Makes the present shape of a cage its rest, at which the mesh is as it is shown now: it must not jump."""
+    """Makes the present shape of a cage its rest, at which the mesh is as it is shown now: it must not jump.
+
+    One that cannot be a cage has no rest, and read.problem_of() says why.
+    """
+    if read.why_no_cage(obj, handle.target, depsgraph):
+        saved.forget(handle)
+        return
     world = handle_motion.object_matrix(obj, depsgraph)
     shape = _shape_of(handle.target)  # it brings the mesh up to date, of which the faces are read
     shown_keys = {name: of_key for name, of_key in shape.keys.items() if _is_shown(handle.target, name)}
@@ -47,7 +53,7 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     saved.save(handle, positions, CageShape(shape.positions, shown_keys))
     handle.rest = Matrix(np.linalg.inv(world) @ meshes.read_matrix(handle.target, depsgraph))
     rest = meshes.read_rest(obj)
-    shown = handle_motion.shown_positions(obj, rest)
+    shown = pose_key.shown_positions(obj, rest)
     if np.array_equal(shown, rest):
         handle.forget_shape()
     else:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads cages: where their vertices are now, and why one cannot move its mesh."""
+"""Reads cages: where their vertices are now, and why one cannot be a cage, or cannot move its mesh."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ import bmesh
 import bpy
 import numpy as np
 
+from ...core import native
 from ...core.arrays import Floats, Ints
 from ...core.cages.session import Cage
 from ...core.session_data import SessionMesh
 from ...core.session_input import CageHold
 from ...core.transforms import transformed
 from ...props.bounds import bounded
-from .. import meshes, versions
+from ...props.cage import may_be_cage
+from .. import meshes, pose_key, versions
 from . import saved
 
 if TYPE_CHECKING:
@@ -45,43 +47,83 @@ def is_cage_of(cage: bpy.types.Object, obj: bpy.types.Object) -> bool:
 def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> str:
     """Why a cage whose object is evaluated cannot move the mesh, without its name; '' if it can."""
     target = handle.target
-    if target.type != "MESH":
-        return f"'{target.name}' is not a mesh; choose a closed mesh around '{obj.name}'"
-    if not len(target.data.polygons):
-        return f"'{target.name}' has no faces; choose a closed mesh around '{obj.name}'"
-    others = [h.name for h in obj.arap.handles if h.is_cage and h.is_enabled and h != handle]
-    if others and handle.is_enabled:
-        return f"only one cage can move a mesh, and '{others[0]}' is on, too; switch one off"
     n_rest = len(saved.rest_of(handle))
-    if not n_rest:
-        return f"what is saved of '{target.name}' is damaged; press Add Cage again"
-    return other_number(handle, n_rest, _count(target, depsgraph))
+    if may_be_cage(target) and n_rest:
+        return _other_number(handle, n_rest, _count(target, depsgraph))
+    damage = f"what is saved of '{target.name}' is damaged; press Add Cage again"
+    return why_no_cage(obj, target, depsgraph) or damage
+
+
+def why_no_cage(obj: bpy.types.Object, cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
+    """Why an object that is evaluated cannot be a cage of the mesh, whatever its coordinates; '' if it can."""
+    if not may_be_cage(cage):
+        lack = "is not a mesh" if cage.type != "MESH" else "has no faces"
+        return f"'{cage.name}' {lack}; choose a closed mesh around '{obj.name}'"
+    if cage.data.is_editmode:
+        cage.update_from_editmode()
+    try:
+        meshes.read_stretch(obj, depsgraph)
+        positions = evaluated_positions(cage, depsgraph, meshes.read_matrix(obj, depsgraph))
+        if reason := _made_more(cage, len(cage.data.vertices), len(positions)):
+            return reason
+        shown = pose_key.shown_positions(obj, meshes.read_rest(obj))
+        # The box of the cage is inside of that of the mesh: the two were mistaken for each other.
+        if ((positions.min(axis=0) > shown.min(axis=0)) & (positions.max(axis=0) < shown.max(axis=0))).all():
+            return f"'{cage.name}' is inside of '{obj.name}'; choose a closed mesh around it"
+        # A bind of one vertex takes no time, and checks the faces.
+        native.load().CageDeformation(shown[:1], positions, *meshes.read_faces(cage.data))
+    except native.ERRORS as error:
+        return native.sentence_of(error)
+    return ""
 
 
 def why_wait(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
-    """What is wrong with the vertices of the cage, '' if nothing is: the next step of undo may bring them back."""
+    """Why the mesh cannot follow its cage until the artist mends that, or the next step of undo does; '' if it can."""
     cage = enabled_cage(obj)
-    if cage is None or cage.target is None or cage.target.type != "MESH":
+    if cage is None or cage.target is None or not may_be_cage(cage.target):
         return ""
     n_rest = len(saved.rest_of(cage))
-    return other_number(cage, n_rest, _count(cage.target, depsgraph)) if n_rest else ""
+    if n_rest:
+        return _other_number(cage, n_rest, _count(cage.target, depsgraph))
+    return why_no_cage(obj, cage.target, depsgraph) if meshes.is_evaluated(cage.target, depsgraph) else ""
 
 
-def other_number(handle: ArapHandle, n_rest: int, n_now: int) -> str:
+def _other_number(handle: ArapHandle, n_rest: int, n_now: int) -> str:
     """Why a cage with so many vertices cannot move the mesh, '' if it can."""
+    cage = handle.target
     if n_now == n_rest:
         return ""
+    if reason := _made_more(cage, _count_edited(cage), n_now):
+        return reason
+    return f"'{cage.name}' has {n_now} vertices now, but had {n_rest}; undo that, or press Add Cage again"
+
+
+def _made_more(cage: bpy.types.Object, n: int, n_evaluated: int) -> str:
+    """What to do about modifiers that make another number of vertices, '' if none does."""
+    if n == n_evaluated:
+        return ""
     return (
-        f"'{handle.target.name}' has {n_now} vertices now, but had {n_rest}; undo that, switch off the modifier that "
-        "does it, or press Add Cage again"
+        f"'{cage.name}' has {n} vertices, but {n_evaluated} with its modifiers; switch off the modifier that does it, "
+        "or apply it and press Add Cage"
     )
 
 
 def _count(cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> int:
-    """Vertices as evaluated; in Edit Mode those that are edited."""
-    if cage.data.is_editmode:
-        return len(bmesh.from_edit_mesh(cage.data).verts)
-    return len(cage.evaluated_get(depsgraph).data.vertices)
+    """Vertices as evaluated, also in Edit Mode."""
+    if cage.data.is_editmode and not _is_modified(cage):
+        return _count_edited(cage)
+    with _evaluated(cage, depsgraph) as mesh:
+        return len(mesh.vertices)
+
+
+def _count_edited(cage: bpy.types.Object) -> int:
+    """Vertices before its modifiers; in Edit Mode those that are edited."""
+    return len(bmesh.from_edit_mesh(cage.data).verts if cage.data.is_editmode else cage.data.vertices)
+
+
+def _is_modified(cage: bpy.types.Object) -> bool:
+    """Whether modifiers show in Edit Mode."""
+    return any(modifier.show_viewport and modifier.show_in_editmode for modifier in cage.modifiers)
 
 
 def positions_now(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats) -> Floats:
@@ -94,7 +136,7 @@ def positions_now(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Flo
         ValueError: there are more vertices, or fewer, than at rest.
     """
     positions = evaluated_positions(handle.target, depsgraph, world)
-    if reason := other_number(handle, len(saved.rest_of(handle)), len(positions)):
+    if reason := _other_number(handle, len(saved.rest_of(handle)), len(positions)):
         raise ValueError(f"Cage '{handle.name}': {reason}")
     return positions
 

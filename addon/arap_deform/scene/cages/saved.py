@@ -39,3 +39,8 @@ def shape_of(handle: ArapHandle) -> CageShape | None:
 def save(handle: ArapHandle, positions: Floats, shape: CageShape) -> None:
     """See rest_of() and shape_of()."""
     handle.cage_text, handle.cage_shape_text = encoded(positions, DOUBLE), shape.to_text()
+
+
+def forget(handle: ArapHandle) -> None:
+    """Nothing is known of its rest."""
+    handle.cage_text = handle.cage_shape_text = ""
