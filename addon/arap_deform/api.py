@@ -56,6 +56,7 @@ Everything else in the add-on is free to change from one version to the next.
 
 from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
+from .cages.make import add_cage, make_cage
 from .core.background import Cancelled
 from .follow.update import end_session, prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
@@ -64,7 +65,6 @@ from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .scene.placing import reset_handles
 from .setup.bones import add_bones
-from .setup.cages import add_cage, make_cage
 from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle
 from .setup.pins import add_pin, add_pin_group, remove_pin

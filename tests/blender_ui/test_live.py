@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live in a window: no act is begun, and the mesh follows whatever moves its handles."""
 
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -334,9 +335,10 @@ def test_live_makes_a_removed_key_anew_as_a_step_of_undo(ui: Ui) -> Steps:
         np.testing.assert_allclose(scenes.key_positions(bar()), posed, atol=NEAR)
 
 
-def make_cage(ui: Ui) -> bpy.types.Object:
+def make_cage(ui: Ui) -> Generator[None, None, bpy.types.Object]:
     """By the button; returns the cage, which is the active object now."""
-    assert ui.call(bpy.ops.arap.cage_make) == {"FINISHED"}
+    assert ui.call(bpy.ops.arap.cage_make, "INVOKE_DEFAULT", True) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: "Cage" in bpy.context.object.name, "the cage is made")
     return bpy.context.object
 
 
@@ -366,7 +368,7 @@ def test_live_follows_an_edited_cage_and_undo(ui: Ui) -> Steps:
     ui.change(ui.live_run, "HEAVY_STEP_S", float("inf"))
     scenes.add_bar()
     yield from ui.move_mouse_to_view()
-    cage = make_cage(ui)
+    cage = yield from make_cage(ui)
     yield from settle(ui)
     rest = scenes.shown_positions(bar())
     bpy.ops.object.mode_set(mode="EDIT")
@@ -393,11 +395,47 @@ def test_live_follows_an_edited_cage_and_undo(ui: Ui) -> Steps:
     assert_moved(rest, 1.0)
 
 
+def test_making_a_cage_is_shown_and_esc_ends_it(ui: Ui) -> Steps:
+    """A large mesh takes seconds: a bar shows how far it is. Esc makes none."""
+    scenes.add_bar()
+    yield from ui.move_mouse_to_view()
+    objects = list(bpy.data.objects)
+    with ui.held_stage():
+        assert ui.call(bpy.ops.arap.cage_make, "INVOKE_DEFAULT", True) == {"RUNNING_MODAL"}
+        yield from ui.until_held()
+        yield from ui.until_bar("Make Cage: around Bar, ")
+        yield from ui.screenshot("cage_is_made")
+        yield from ui.key("ESC")
+        yield from ui.until_no_bar()
+    assert list(bpy.data.objects) == objects
+    assert not bar().arap.handles
+
+
+def test_live_waits_for_a_modifier_of_the_cage_that_makes_vertices(ui: Ui) -> Steps:
+    """Subdivision in the cage's Edit Mode: Follow waits and says what to do; without it the mesh follows again."""
+    scenes.add_bar()
+    yield from ui.move_mouse_to_view()
+    cage = yield from make_cage(ui)
+    yield from settle(ui)
+    rest = scenes.shown_positions(bar())
+    bpy.ops.object.mode_set(mode="EDIT")
+    modifier = cage.modifiers.new("Subdivision", "SUBSURF")
+    yield
+    yield
+    assert "with its modifiers; switch off the modifier that does it" in ui.live.run_of(bar()).pause
+    yield from ui.screenshot("cage_with_subdivision")
+    modifier.show_viewport = False
+    select_vertices(cage, list(range(len(cage.data.vertices))))
+    yield from move_selected(ui, "X", "1")
+    yield from settle(ui)
+    assert_moved(rest, 1.0)
+
+
 def test_live_waits_for_undo_of_a_vertex_added_to_the_cage(ui: Ui) -> Steps:
     """Follow waits and says why; Ctrl-Z goes on."""
     scenes.add_bar()
     yield from ui.move_mouse_to_view()
-    cage = make_cage(ui)
+    cage = yield from make_cage(ui)
     yield from settle(ui)
     bpy.ops.object.mode_set(mode="EDIT")
     select_vertices(cage, ring(cage, 4.0))
@@ -416,7 +454,7 @@ def test_live_bind_of_a_cage_is_shown_and_esc_ends_it(ui: Ui) -> Steps:
     """Harmonic coordinates take a second: the bar in the view shows how far they are, Esc switches Follow off."""
     scenes.add_bar()
     yield from ui.move_mouse_to_view()
-    make_cage(ui)
+    yield from make_cage(ui)
     yield from settle(ui)
     with ui.held_stage():
         bar().arap.handles[0].coordinates = "harmonic"

@@ -122,7 +122,7 @@ def draw_cage(ui: Ui) -> Steps:
     """The creature in its cage: made, edited with O, beside a pin, and off."""
     creature = yield from begin_pull(ui)
     look(ui, right=-0.9, up=0.25)
-    cage = make_cage(ui)
+    cage = yield from make_cage(ui)
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
     yield from ui.screenshot("cage_made")
     bpy.ops.object.mode_set(mode="EDIT")
@@ -184,7 +184,8 @@ def test_adjust_last_operation_makes_another_cage(ui: Ui) -> Steps:
     scenes.add_bar_with_handle(ui.api)
     yield from ui.move_mouse_to_view()
     bpy.ops.ed.undo_push(message="bar")
-    n_vertices = len(make_cage(ui).data.vertices)
+    cage = yield from make_cage(ui)
+    n_vertices = len(cage.data.vertices)
     bpy.context.window_manager.operators[-1].properties.cells = 2
     assert ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True) == {"FINISHED"}
     yield

@@ -47,10 +47,11 @@ class JobRun(ModalRun):
 class JobOperator(ModalOperator, ArapOperator):
     """A mixin for operators that do the job which begin() makes."""
 
-    bl_options = {"UNDO"}  # not REGISTER: the redo panel would do the job again at every change
+    bl_options = {"UNDO"}  # a long job has no REGISTER: the redo panel would do it again at every change
     act_name = "Bake"  # for messages
 
     report: Any  # of the operator
+    options: bpy.types.OperatorOptions
     _run: JobRun
 
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> Job[Any]:
@@ -67,9 +68,10 @@ class JobOperator(ModalOperator, ArapOperator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Does the job: in one call without a window, else in steps of modal()."""
+        """Does the job: in one call without a window or if Blender repeats it, else in steps of modal()."""
         job = self.begin(context, posed_object(context))
-        if bpy.app.background or context.window is None:
+        is_repeat = self.options.is_repeat or self.options.is_repeat_last
+        if bpy.app.background or context.window is None or is_repeat:
             self.report_result(job, run_job(job))
             return {"FINISHED"}
         give_up(bpy.data.objects[job.object_name])

@@ -17,7 +17,7 @@ def test_picture_cage(ui: Ui) -> Steps:
     tidy_up(
         ui.view.spaces.active
     )  # first: Blender 3.4 crashes if a script hides Adjust Last Operation while it is shown
-    cage = make_cage(ui)
+    cage = yield from make_cage(ui)
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
     look(ui, right=-0.9, up=0.2, closer=0.9)
     bpy.ops.object.mode_set(mode="EDIT")

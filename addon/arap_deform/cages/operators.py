@@ -2,13 +2,18 @@
 # mypy: disable-error-code="valid-type"
 """Make Cage and Add Cage: a closed mesh around the mesh moves all of it."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import bpy
 from bpy.props import IntProperty
 
+from ..pose.job_operator import JobOperator
+from ..setup.handles import following_first_handle
+from ..setup.rows import take_in_hand
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
-from .cages import CELLS, add_cage, make_cage
-from .handles import following_first_handle
-from .rows import take_in_hand
+from .make import CELLS, CageJob, add_cage
 
 
 def selected_cages(context: bpy.types.Context, obj: bpy.types.Object) -> list[bpy.types.Object]:
@@ -29,12 +34,22 @@ def why_no_selected_cage(context: bpy.types.Context) -> str:
     return "Click a closed mesh around the mesh, then Shift-click the mesh itself"
 
 
-class ARAP_OT_cage_make(ArapOperator, bpy.types.Operator):
+class FollowedCageJob(CageJob):
+    """The cage of an artist: the mesh follows it."""
+
+    def finish(self) -> Any:
+        with following_first_handle(self.find_object()):
+            return super().finish()
+
+
+class ARAP_OT_cage_make(JobOperator, bpy.types.Operator):
     bl_idname = "arap.cage_make"
     bl_label = "Make Cage"
     bl_description = (
         "Make a coarse mesh around this one, which moves all of it: edit its vertices, its shape keys, or move it"
     )
+    bl_options = {"REGISTER", "UNDO"}
+    act_name = "Make Cage"
     why_not = staticmethod(why_no_cage_here)
 
     cells: IntProperty(
@@ -46,12 +61,16 @@ class ARAP_OT_cage_make(ArapOperator, bpy.types.Operator):
         soft_max=20,
     )
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        with following_first_handle(obj):
-            handle = make_cage(obj, self.cells)
-        if context.mode == "OBJECT":
-            take_in_hand(context, handle)
-        self.report({"INFO"}, f"'{handle.target.name}' has {len(handle.target.data.vertices)} vertices: Tab edits it")
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> CageJob:
+        return FollowedCageJob(obj, self.cells)
+
+    def result_text(self, _job: Any, handle: Any) -> str:
+        return f"'{handle.target.name}' has {len(handle.target.data.vertices)} vertices: Tab edits it"
+
+    def report_result(self, job: Any, handle: Any) -> None:
+        if bpy.context.mode == "OBJECT":
+            take_in_hand(bpy.context, handle)
+        super().report_result(job, handle)
 
 
 class ARAP_OT_cage_add(ArapOperator, bpy.types.Operator):

@@ -10,18 +10,78 @@ import numpy as np
 
 from ..core import naming, native
 from ..core.arrays import Floats, Ints
+from ..core.background import Background, stage
+from ..core.job import STEP_S, run_job
 from ..core.transforms import SolverSpace
 from ..scene import handle_motion, meshes, pose_key
 from ..scene.cages import read
-from .handle_changes import making, take_over
-from .handles import all_or_none, new_handle
-from .made_objects import collection_for_made
+from ..setup.handle_changes import making, take_over
+from ..setup.handles import all_or_none, new_handle
+from ..setup.made_objects import collection_for_made
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
 CELLS = 5
 """Cubes along the longest side of the mesh: few vertices to move by hand."""
+
+
+class CageJob:
+    """A Job that makes a cage, see make_cage(). It holds names, no Blender data."""
+
+    noun = "cage"
+    warning = ""
+
+    def __init__(self, obj: bpy.types.Object, cells: int, coordinates: str = "mean_value") -> None:
+        """Begins. Raises ValueError if the object has no mesh of this file."""
+        meshes.check_mesh(obj)
+        meshes.check_local(obj)
+        self.object_name: str = obj.name
+        self._coordinates = coordinates
+        self._space = SolverSpace(meshes.read_stretch(obj, bpy.context.evaluated_depsgraph_get()))
+        shown = self._space.to_solver(pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64))
+        job = native.load().begin_make_cage(shown, *meshes.read_faces(obj.data), cells)
+        self._work = Background(stage(job, f"Making a cage for '{obj.name}' was cancelled; nothing has changed"))
+
+    @property
+    def fraction(self) -> float:
+        return self._work.fraction
+
+    @property
+    def stage_fraction(self) -> float:
+        return self._work.fraction
+
+    @property
+    def status(self) -> str:
+        return f"around {self.object_name}, {self.fraction:.0%}"
+
+    def step(self, time_limit_s: float = STEP_S) -> bool:
+        return self._work.step(time_limit_s)
+
+    def finish(self) -> ArapHandle:
+        """Adds the cage. Raises as add_cage(), or RuntimeError if the object is gone."""
+        positions, quads = self._work.result()
+        obj = self.find_object()
+        cage = _new_object(obj, positions @ self._space.unstretch.T, quads)
+        try:
+            handle = add_cage(obj, cage, self._coordinates)
+        except BaseException:
+            mesh = cage.data
+            bpy.data.objects.remove(cage)
+            bpy.data.meshes.remove(mesh)
+            raise
+        handle.has_made_target = True
+        return handle
+
+    def find_object(self) -> bpy.types.Object:
+        """The mesh. Raises RuntimeError if it is gone."""
+        obj = bpy.data.objects.get((self.object_name, None))
+        if obj is None:
+            raise RuntimeError(f"'{self.object_name}' is gone: its cage was not made")
+        return obj
+
+    def cancel(self) -> None:
+        self._work.drop()
 
 
 def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mean_value") -> ArapHandle:
@@ -37,22 +97,7 @@ def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mea
     Returns:
         Its handle; edit the mesh of its ``target``.
     """
-    meshes.check_mesh(obj)
-    meshes.check_local(obj)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    space = SolverSpace(meshes.read_stretch(obj, depsgraph))
-    shown = pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
-    positions, quads = native.load().make_cage(space.to_solver(shown), *meshes.read_faces(obj.data), cells)
-    cage = _new_object(obj, positions @ space.unstretch.T, quads)
-    try:
-        handle = add_cage(obj, cage, coordinates)
-    except BaseException:
-        mesh = cage.data
-        bpy.data.objects.remove(cage)
-        bpy.data.meshes.remove(mesh)
-        raise
-    handle.has_made_target = True
-    return handle
+    return run_job(CageJob(obj, cells, coordinates))
 
 
 def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "") -> ArapHandle:
