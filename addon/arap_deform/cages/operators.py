@@ -54,7 +54,11 @@ class ARAP_OT_cage_make(JobOperator, bpy.types.Operator):
 
     cells: IntProperty(
         name="Cells",
-        description="Cubes along the longest side of the mesh. More make a cage with more vertices to move",
+        description=(
+            "Cubes along the longest side of the mesh. More make a cage with more vertices to move, and slower: 5 make "
+            "about 200 faces, 10 about 650, 20 about 2,200. Each frame takes time with the faces times the vertices of "
+            "the mesh: for 100,000 vertices about 4, 15 and 40 ms"
+        ),
         default=CELLS,
         min=2,
         max=50,

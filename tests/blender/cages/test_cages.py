@@ -614,6 +614,8 @@ class CageTest(SceneTest):
         made = obj.arap.handles[0].target
         self.assertEqual((bpy.context.object, find(bpy.context), obj.arap.is_live), (made, obj, True))
         self.assertFalse(bpy.ops.arap.pull_tool.poll())
+        message = "A cage moves the mesh, and its poses are its own shape keys: add these to the cage, or untick it"
+        self.assertIn(message, module("poses.operators").why_not_storable(bpy.context))
         bpy.ops.object.select_all(action="DESELECT")
         bpy.context.view_layer.objects.active = obj
         self.assertFalse(bpy.ops.arap.cage_add.poll())
