@@ -90,13 +90,13 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
     Only a look at every object of the scene can say "none".
     """
     layer = (view_layer.id_data.name_full, view_layer.name)
-    in_hand = view_layer.objects.get(_in_hand.get(layer, ""))
-    if in_hand is not None and is_moved_by(in_hand, target):
-        return in_hand
     key = (*layer, target.name_full)
     name = _owners.get(key)
     if name == "":
         return None
+    in_hand = view_layer.objects.get(_in_hand.get(layer, ""))
+    if in_hand is not None and is_moved_by(in_hand, target):
+        return in_hand
     owner = view_layer.objects.get(name) if name else None
     if owner is None or not is_moved_by(owner, target):
         owner = next((obj for obj in view_layer.objects if is_moved_by(obj, target)), None)
