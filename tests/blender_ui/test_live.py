@@ -414,6 +414,7 @@ def test_making_a_cage_is_shown_and_esc_ends_it(ui: Ui) -> Steps:
 def test_live_waits_for_a_modifier_of_the_cage_that_makes_vertices(ui: Ui) -> Steps:
     """Subdivision in the cage's Edit Mode: Follow waits and says what to do; without it the mesh follows again."""
     scenes.add_bar()
+    yield from ui.open_tab()
     yield from ui.move_mouse_to_view()
     cage = yield from make_cage(ui)
     yield from settle(ui)

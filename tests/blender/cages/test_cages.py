@@ -393,6 +393,13 @@ class CageTest(SceneTest):
         message = "^Paused: the cage is not closed: its edge from vertex [0-9]+ to [0-9]+ has 1 face; fill its holes"
         self.assertRegex(module("live.runs").run_of(obj).pause, message)
         self.assertIn("fill its holes", module("setup.handles").handle_problem(obj, 0))
+        edited = bmesh.new()
+        edited.from_mesh(open_box.data)
+        bmesh.ops.holes_fill(edited, edges=edited.edges)
+        edited.to_mesh(open_box.data)
+        edited.free()
+        bpy.context.view_layer.update()
+        self.assertIn("at rest is not known; press Add Cage again", module("live.runs").run_of(obj).pause)
         handle.target = cage
         cage.location.x += 1.0
         bpy.context.view_layer.update()
@@ -551,7 +558,7 @@ class CageTest(SceneTest):
         self.api.solve(obj)
         for text in ("!", "AAAA", base64.b64encode(np.full(24, np.nan).tobytes()).decode()):
             handle.cage_text = text
-            message = "Cage 'Box' of 'Tube': what is saved of 'Box' is damaged; press Add Cage again"
+            message = "Cage 'Box' of 'Tube': the shape of 'Box' at rest is not known; press Add Cage again"
             self.assert_error(ValueError, message, self.api.solve, obj)
         handle.cage_text = base64.b64encode(np.full(24, 1e300).tobytes()).decode()
         with self.assertRaisesRegex(ValueError, "^Cage 'Box' cannot move the mesh: "):

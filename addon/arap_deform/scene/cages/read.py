@@ -50,8 +50,8 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     n_rest = len(saved.rest_of(handle))
     if may_be_cage(target) and n_rest:
         return _other_number(handle, n_rest, _count(target, depsgraph))
-    damage = f"what is saved of '{target.name}' is damaged; press Add Cage again"
-    return why_no_cage(obj, target, depsgraph) or damage
+    unknown = f"the shape of '{target.name}' at rest is not known; press Add Cage again"
+    return why_no_cage(obj, target, depsgraph) or unknown
 
 
 def why_no_cage(obj: bpy.types.Object, cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
@@ -82,10 +82,7 @@ def why_wait(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
     cage = enabled_cage(obj)
     if cage is None or cage.target is None or not may_be_cage(cage.target):
         return ""
-    n_rest = len(saved.rest_of(cage))
-    if n_rest:
-        return _other_number(cage, n_rest, _count(cage.target, depsgraph))
-    return why_no_cage(obj, cage.target, depsgraph) if meshes.is_evaluated(cage.target, depsgraph) else ""
+    return problem_of(obj, cage, depsgraph) if meshes.is_evaluated(cage.target, depsgraph) else ""
 
 
 def _other_number(handle: ArapHandle, n_rest: int, n_now: int) -> str:
