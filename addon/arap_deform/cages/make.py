@@ -115,6 +115,7 @@ def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "
     """
     meshes.check_mesh(obj)
     meshes.check_local(obj)
+    read.flush(cage)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     reason = handle_motion.target_problem(obj, cage, "", depsgraph)
     reason = reason or read.why_no_cage(obj, cage, depsgraph)

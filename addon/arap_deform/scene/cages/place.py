@@ -43,11 +43,12 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
 
     One that cannot be a cage has no rest, and read.problem_of() says why.
     """
+    read.flush(handle.target)
     if read.why_no_cage(obj, handle.target, depsgraph):
         saved.forget(handle)
         return
     world = handle_motion.object_matrix(obj, depsgraph)
-    shape = _shape_of(handle.target)  # it brings the mesh up to date, of which the faces are read
+    shape = _shape_of(handle.target)
     shown_keys = {name: of_key for name, of_key in shape.keys.items() if _is_shown(handle.target, name)}
     positions = read.evaluated_positions(handle.target, depsgraph, world)
     saved.save(handle, positions, CageShape(shape.positions, shown_keys))
@@ -125,8 +126,7 @@ def _is_editable(handle: ArapHandle) -> bool:
 
 
 def _shape_of(cage: bpy.types.Object) -> CageShape:
-    if cage.data.is_editmode:
-        cage.update_from_editmode()
+    read.flush(cage)
     keys = {key.name: (versions.read_key(key), key.value) for key in _other_keys(cage)}
     return CageShape(meshes.read_rest(cage), keys)
 

@@ -55,16 +55,17 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
 
 
 def why_no_cage(obj: bpy.types.Object, cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
-    """Why an object that is evaluated cannot be a cage of the mesh, whatever its coordinates; '' if it can."""
+    """Why an object that is evaluated cannot be a cage of the mesh, whatever its coordinates; '' if it can.
+
+    For drawing, too, so nothing is changed: in Edit Mode it has the faces as of the last flush().
+    """
     if not may_be_cage(cage):
         lack = "is not a mesh" if cage.type != "MESH" else "has no faces"
         return f"'{cage.name}' {lack}; choose a closed mesh around '{obj.name}'"
-    if cage.data.is_editmode:
-        cage.update_from_editmode()
     try:
         meshes.read_stretch(obj, depsgraph)
         positions = evaluated_positions(cage, depsgraph, meshes.read_matrix(obj, depsgraph))
-        if reason := _made_more(cage, len(cage.data.vertices), len(positions)):
+        if reason := _made_more(cage, _count_edited(cage), len(positions)):
             return reason
         shown = pose_key.shown_positions(obj, meshes.read_rest(obj))
         # The box of the cage is inside of that of the mesh: the two were mistaken for each other.
@@ -75,6 +76,12 @@ def why_no_cage(obj: bpy.types.Object, cage: bpy.types.Object, depsgraph: bpy.ty
     except native.ERRORS as error:
         return native.sentence_of(error)
     return ""
+
+
+def flush(cage: bpy.types.Object) -> None:
+    """Brings a mesh that is being edited up to date."""
+    if cage.type == "MESH" and cage.data.is_editmode:
+        cage.update_from_editmode()
 
 
 def why_wait(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
