@@ -19,6 +19,7 @@
 #include "lattice_tets.h"
 #include "options.h"
 #include "result.h"
+#include "wrap_deformation.h"
 
 namespace arap_native {
 
@@ -55,6 +56,7 @@ PYBIND11_MODULE(_native, m) {
   bind_tet_options(m);
   bind_cage_options(m);
   bind_cage_arap_options(m);
+  bind_wrap_options(m);
   bind_solve_options(m);
   bind_result(m);
   const auto jobs = std::make_shared<Jobs>();
@@ -68,6 +70,7 @@ PYBIND11_MODULE(_native, m) {
   bind_tet_arap(m, jobs);
   bind_lattice_tets(m);
   bind_cage_deformation(m, jobs);
+  bind_wrap_deformation(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
@@ -82,11 +85,12 @@ PYBIND11_MODULE(_native, m) {
       },
       docstrings::same_places, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"CageArap",    "CageArapOptions",     "CageDeformation", "CageOptions",
-                           "Cancelled",   "EmbeddedDeformation", "EmbeddedOptions", "Job",
-                           "LatticeArap", "LatticeOptions",      "LatticeTets",     "Model",
-                           "Options",     "PoissonEditing",      "PoissonOptions",  "SolveOptions",
-                           "SolveResult", "SurfaceArap",         "TetArap",         "TetOptions"})
+  for (const char* name : {"CageArap",        "CageArapOptions",     "CageDeformation", "CageOptions",
+                           "Cancelled",       "EmbeddedDeformation", "EmbeddedOptions", "Job",
+                           "LatticeArap",     "LatticeOptions",      "LatticeTets",     "Model",
+                           "Options",         "PoissonEditing",      "PoissonOptions",  "SolveOptions",
+                           "SolveResult",     "SurfaceArap",         "TetArap",         "TetOptions",
+                           "WrapDeformation", "WrapOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

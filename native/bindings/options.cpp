@@ -13,6 +13,7 @@
 #include "arap/options.h"
 #include "arap/poisson_editing.h"
 #include "arap/tet_arap.h"
+#include "arap/wrap_deformation.h"
 #include "arrays.h"
 #include "docstrings.h"
 #include "enum_names.h"
@@ -169,6 +170,15 @@ void bind_cage_arap_options(py::module_& m) {
   def_field(type, "threads", &CageArapOptions::threads, docstrings::CageArapOptions_threads);
   def_construction(type, docstrings::CageArapOptions_init,
                    {"energy", "coordinates", "grid_spacing", "rigidity_radius", "threads"});
+}
+
+void bind_wrap_options(py::module_& m) {
+  using arap::WrapOptions;
+  py::class_<WrapOptions> type(m, "WrapOptions", docstrings::WrapOptions);
+  def_field(type, "anchors", &WrapOptions::anchors, docstrings::WrapOptions_anchors);
+  def_field(type, "stay_outside", &WrapOptions::stay_outside, docstrings::WrapOptions_stay_outside);
+  def_field(type, "threads", &WrapOptions::threads, docstrings::WrapOptions_threads);
+  def_construction(type, docstrings::WrapOptions_init, {"anchors", "stay_outside", "threads"});
 }
 
 void bind_solve_options(py::module_& m) {

@@ -19,6 +19,8 @@ void bind_tet_options(py::module_& m);
 /// Adds CageOptions.
 void bind_cage_options(py::module_& m);
 void bind_cage_arap_options(py::module_& m);
+/// Adds WrapOptions.
+void bind_wrap_options(py::module_& m);
 /// Adds SolveOptions.
 void bind_solve_options(py::module_& m);
 

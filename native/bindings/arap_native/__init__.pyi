@@ -214,6 +214,17 @@ class CageArapOptions:
         threads: int = 0,
     ) -> None: ...
 
+class WrapOptions:
+    """Options of a WrapDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    anchors: int
+    """Vertices of the surface that a point hangs on, 1 to 64."""
+    stay_outside: bool
+    """Whether points near the surface keep their distance from it, on the side where they were at rest."""
+    threads: int
+    """Threads of all calls; 0 is as many as pay for so many points."""
+    def __init__(self, *, anchors: int = 12, stay_outside: bool = True, threads: int = 0) -> None: ...
+
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
 
@@ -876,6 +887,79 @@ class CageDeformation:
     @property
     def n_triangles(self) -> int:
         """Number of triangles of the cage; a convex quad has four, those of both diagonals, with half a weight each."""
+    @property
+    def threads(self) -> int:
+        """Threads in use."""
+
+class WrapDeformation:
+    """Points that a deforming surface carries along: clothes, hair cards, eyes. Construction binds them.
+
+    A wrap deformer: a point follows the surface's vertices near it, how they move, turn and grow. The surface may be
+    any: open, not manifold, turned inside out, loose triangles, points without faces. No Model, since nothing is
+    constrained or solved: deform() is given all vertices of the surface. Calls may run in several threads at once.
+    """
+
+    def __init__(
+        self,
+        points: ArrayLike,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
+        options: WrapOptions | None = None,
+        *,
+        piece_of_point: ArrayLike | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds points to a surface.
+
+        Args:
+            points: (n, 3) numbers at rest, at least one; on the surface, inside or outside of it.
+            rest_positions, faces, face_sizes: the surface at rest, arrays as for SurfaceArap.
+            options: see WrapOptions.
+            piece_of_point: (n,) integers. Points of the same number >= 0 move as one rigid body, the best fit to what
+                they would do without; -1: the point bends with the surface, as all do by default.
+            progress: may stop the work by returning False.
+
+        Raises:
+            ValueError: bad arrays.
+            Cancelled: ``progress`` returned False.
+            MemoryError: there is less memory than that needs.
+        """
+
+    @staticmethod
+    def begin_bind(
+        points: ArrayLike,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
+        options: WrapOptions | None = None,
+        *,
+        piece_of_point: ArrayLike | None = None,
+    ) -> Job[WrapDeformation]:
+        """Begins to bind points: the constructor as a job."""
+
+    def deform(self, surface_positions: ArrayLike, *, out: NDArray[np.float32] | None = None) -> NDArray[Any]:
+        """Where the points go when the surface's vertices are at these positions.
+
+        Args:
+            surface_positions: (n_vertices, 3) numbers.
+            out: (n, 3) float32, takes the result in place of a new array: for every frame of a drag the same.
+
+        Returns:
+            (n, 3) float64; or ``out``.
+
+        Raises:
+            ValueError: bad shape, a position that is not finite, or a result beyond single precision in ``out``.
+        """
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices of the surface."""
+    @property
+    def n_pieces(self) -> int:
+        """Number of rigid pieces."""
     @property
     def threads(self) -> int:
         """Threads in use."""

@@ -36,6 +36,8 @@ CLASSES = [
     "SurfaceArap",
     "TetArap",
     "TetOptions",
+    "WrapDeformation",
+    "WrapOptions",
 ]
 
 
@@ -100,6 +102,7 @@ def test_signatures_have_the_defaults_in_use():
         arap_native.TetOptions,
         arap_native.CageOptions,
         arap_native.CageArapOptions,
+        arap_native.WrapOptions,
         arap_native.SolveOptions,
     ):
         made = options()

@@ -1,31 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <atomic>
-
 #include "arap/cage.h"
 #include "cages/cage_points.h"
 #include "cages/cage_weights.h"
 #include "cages/harmonic.h"
 #include "models/cage_deformation/cage_fit.h"
+#include "models/carried_points.h"
 #include "models/input_checks.h"
 #include "parallel/meter.h"
 
 namespace arap {
-
-namespace {
-
-void require_points(const Positions& points) {
-  if (points.rows() == 0) throw InvalidInput("points is empty; give at least one point for the cage to move");
-  if (points.rows() > kMostVertices)
-    throw InvalidInput(text("points has ", points.rows(), " rows, must have at most ", kMostVertices));
-  require_finite("points", points, [](int k) { return text("row ", k); });
-}
-
-void require_moved(const Positions& cage_positions, int n_vertices) {
-  require_rows("cage_positions", cage_positions.rows(), n_vertices);
-  require_finite("cage_positions", cage_positions, [](int v) { return text("vertex ", v); });
-}
-
-}  // namespace
 
 void CageOptions::validate() const {
   constexpr double kFinest = .005;
@@ -46,7 +29,7 @@ struct CageDeformation::Impl {
 CageDeformation::CageDeformation(const PolygonMesh& cage, const Positions& points, const CageOptions& options,
                                  const Progress& progress) {
   options.validate();
-  require_points(points);
+  require_points(points, "cage");
   Meter meter(progress, "computing the weights of the cage was cancelled");
   impl_ = std::make_unique<Impl>(cage, points, options, meter);
   meter.reach(1);
@@ -57,25 +40,17 @@ CageDeformation::CageDeformation(CageDeformation&&) noexcept = default;
 CageDeformation& CageDeformation::operator=(CageDeformation&&) noexcept = default;
 
 Positions CageDeformation::deform(const Positions& cage_positions) const {
-  require_moved(cage_positions, n_vertices());
+  require_moved("cage_positions", cage_positions, n_vertices());
   Positions result(n_points(), 3);
   impl_->points.deform(cage_positions, [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
   return result;
 }
 
 void CageDeformation::deform(const Positions& cage_positions, std::span<float> out) const {
-  require_moved(cage_positions, n_vertices());
-  const size_t n_numbers = 3 * static_cast<size_t>(n_points());
-  if (out.size() != n_numbers)
-    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per point, ", n_numbers));
-  std::atomic<bool> is_finite = true;
-  impl_->points.deform(cage_positions, [&](int p, const Vector3& place) {
-    const Eigen::Vector3f single = place.cast<float>();
-    Eigen::Vector3f::Map(&out[3 * static_cast<size_t>(p)]) = single;
-    if (!single.allFinite()) is_finite = false;
-  });
-  if (!is_finite)
-    throw InvalidInput("cage_positions move points beyond the range of single precision; look for positions far away");
+  require_moved("cage_positions", cage_positions, n_vertices());
+  SinglePoints result("cage_positions", out, n_points());
+  impl_->points.deform(cage_positions, [&](int p, const Vector3& place) { result.put(p, place); });
+  result.require_finite();
 }
 
 Positions CageDeformation::fit(const Positions& positions, double smoothness) const {

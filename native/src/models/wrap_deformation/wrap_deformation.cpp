@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/wrap_deformation.h"
+
+#include "arap/error.h"
+#include "models/carried_points.h"
+#include "models/input_checks.h"
+#include "parallel/meter.h"
+#include "wrap/wrap_points.h"
+
+namespace arap {
+
+void WrapOptions::validate() const {
+  constexpr int kMostAnchors = 64;
+  if (anchors < 1 || anchors > kMostAnchors)
+    throw InvalidInput(text("anchors = ", anchors, ", must be >= 1 and <= ", kMostAnchors));
+  require_threads(threads);
+}
+
+struct WrapDeformation::Impl {
+  WrapPoints points;
+};
+
+WrapDeformation::WrapDeformation(const PolygonMesh& surface, const Positions& points, const WrapOptions& options,
+                                 const std::vector<int>& piece_of_point, const Progress& progress) {
+  options.validate();
+  require_points(points, "surface");
+  if (!piece_of_point.empty())
+    require_rows("piece_of_point", static_cast<Eigen::Index>(piece_of_point.size()), points.rows());
+  for (size_t k = 0; k < piece_of_point.size(); ++k)
+    if (piece_of_point[k] < -1)
+      throw InvalidInput(text("piece_of_point[", k, "] = ", piece_of_point[k], ", must be >= -1"));
+  Meter meter(progress, "binding the points to the surface was cancelled");
+  impl_ = std::make_unique<Impl>(Impl{WrapPoints(surface, points, options.anchors, options.stay_outside, piece_of_point,
+                                                 options.threads, {&meter, 1})});
+  meter.reach(1);
+}
+
+WrapDeformation::~WrapDeformation() = default;
+WrapDeformation::WrapDeformation(WrapDeformation&&) noexcept = default;
+WrapDeformation& WrapDeformation::operator=(WrapDeformation&&) noexcept = default;
+
+Positions WrapDeformation::deform(const Positions& surface_positions) const {
+  require_moved("surface_positions", surface_positions, n_vertices());
+  Positions result(n_points(), 3);
+  impl_->points.deform(surface_positions, [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
+  return result;
+}
+
+void WrapDeformation::deform(const Positions& surface_positions, std::span<float> out) const {
+  require_moved("surface_positions", surface_positions, n_vertices());
+  SinglePoints result("surface_positions", out, n_points());
+  impl_->points.deform(surface_positions, [&](int p, const Vector3& place) { result.put(p, place); });
+  result.require_finite();
+}
+
+int WrapDeformation::n_points() const { return impl_->points.size(); }
+int WrapDeformation::n_vertices() const { return impl_->points.n_surface_vertices(); }
+int WrapDeformation::n_pieces() const { return impl_->points.n_pieces(); }
+int WrapDeformation::threads() const { return impl_->points.workers().threads(); }
+
+}  // namespace arap

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "wrap/surface_sides.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/grouped.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+using Corners = std::array<int, 3>;
+
+/// Beyond so many of the triangle's longest edges a point is not pushed any more; from half of it on less and less.
+constexpr double kFarthest = 4;
+/// Nearer than so many of them it is also pulled, more and more. Else a point would jump where it changes sides.
+constexpr double kNearest = .1;
+/// A point beside the triangle, as beyond the rim of an open surface, is on no side of it: the least distance from the
+/// plane, of that from the triangle.
+constexpr double kLeastAbove = .5;
+
+/// The point of a triangle nearest to `place`. [Ericson 2005, Real-Time Collision Detection, 5.1.5]
+Vector3 nearest_in_triangle(const Vector3& place, const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 ab = b - a;
+  const Vector3 ac = c - a;
+  const Vector3 ap = place - a;
+  const double d1 = ab.dot(ap);
+  const double d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const Vector3 bp = place - b;
+  const double d3 = ab.dot(bp);
+  const double d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const Vector3 cp = place - c;
+  const double d5 = ab.dot(cp);
+  const double d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  return a + (vb * ab + vc * ac) / (va + vb + vc);
+}
+
+/// The fans from the first corners.
+std::vector<Corners> fans(const PolygonMesh& surface) {
+  std::vector<Corners> triangles;
+  for (int f = 0; f < surface.n_faces(); ++f) {
+    const std::span<const int> face = surface.face(f);
+    for (size_t k = 1; k + 1 < face.size(); ++k) triangles.push_back({face[0], face[k], face[k + 1]});
+  }
+  return triangles;
+}
+
+class Triangles {
+ public:
+  Triangles(const PolygonMesh& surface, const SurfaceLevels& levels, const Positions& places)
+      : places_(places),
+        level_(levels.level(0)),
+        corners_(fans(surface)),
+        at_node_(level_.n_nodes(), [&](const auto& add) {
+          for (size_t t = 0; t < corners_.size(); ++t)
+            for (const int v : corners_[t]) add(levels.node_of_vertex()[v], static_cast<int>(t));
+        }) {}
+
+  struct Nearest {
+    double squared = std::numeric_limits<double>::infinity();  ///< distance
+    double above = 0;                                          ///< distance from its plane, < 0 behind it
+    int triangle = -1;
+  };
+
+  [[nodiscard]] const Corners& corners(int triangle) const { return corners_[triangle]; }
+  [[nodiscard]] Vector3 place(int vertex) const { return places_.row(vertex).transpose(); }
+
+  /// Of those at a node and at its neighbours.
+  [[nodiscard]] Nearest nearest(int node, const Vector3& place) const {
+    Nearest nearest;
+    look_at(node, place, nearest);
+    for (const int other : level_.around(node)) look_at(other, place, nearest);
+    return nearest;
+  }
+
+ private:
+  /// Replaces `nearest` by a triangle at the node that is nearer to `place`, and has an area. Of those that share the
+  /// nearest edge or corner it is the one that faces the place.
+  void look_at(int node, const Vector3& place, Nearest& nearest) const {
+    for (const int t : at_node_.of(node)) {
+      const Vector3 a = this->place(corners_[t][0]);
+      const Vector3 b = this->place(corners_[t][1]);
+      const Vector3 c = this->place(corners_[t][2]);
+      const Vector3 area = (b - a).cross(c - a);
+      if (!(area.squaredNorm() > 0)) continue;
+      const double squared = (place - nearest_in_triangle(place, a, b, c)).squaredNorm();
+      const double above = area.dot(place - a) / area.norm();
+      constexpr double kSame = 1e-9;
+      const bool is_tie = std::abs(squared - nearest.squared) <= kSame * squared;
+      if (is_tie ? std::abs(above) > std::abs(nearest.above) : squared < nearest.squared) nearest = {squared, above, t};
+    }
+  }
+
+  const Positions& places_;
+  const SurfaceLevel& level_;
+  std::vector<Corners> corners_;
+  Grouped at_node_;
+};
+
+}  // namespace
+
+SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& levels, const Positions& places,
+                           const Positions& points, const std::vector<int>& nearest_node, int threads,
+                           UsedVertices& used) {
+  if (surface.n_faces() == 0) return;
+  const Triangles triangles(surface, levels, places);
+  sides_.resize(points.rows());
+  parallel_for(threads, static_cast<int>(points.rows()), [&](int begin, int end) {
+    for (int p = begin; p < end; ++p) {
+      const Vector3 place = points.row(p).transpose();
+      const Triangles::Nearest nearest = triangles.nearest(nearest_node[p], place);
+      if (nearest.triangle < 0) continue;
+      const Corners& corners = triangles.corners(nearest.triangle);
+      const Vector3 a = triangles.place(corners[0]);
+      const Vector3 ab = triangles.place(corners[1]) - a;
+      const Vector3 ac = triangles.place(corners[2]) - a;
+      const double above = nearest.above;
+      const double away = std::sqrt(nearest.squared);
+      const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
+      const double strength = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
+      if (!(strength > 0) || !(std::abs(above) >= kLeastAbove * away)) continue;
+      const double pull = std::max(1 - away / (kNearest * longest), 0.);
+      sides_[p] = {corners, static_cast<float>(strength), static_cast<float>(pull), above, ab.cross(ac).norm()};
+    }
+  });
+  for (Side& side : sides_)
+    if (side.corners[0] >= 0)
+      for (int& corner : side.corners) corner = used.number_of(corner);
+}
+
+Vector3 SurfaceSides::pushed(const Side& side, const Vector3& place, const Vector3& a, const Vector3& ab,
+                             const Vector3& ac) {
+  const Vector3 area = ab.cross(ac);
+  const double size = area.norm();
+  if (!(size > 0)) return place;
+  const double sign = side.distance < 0 ? -1 : 1;
+  const double above = sign * area.dot(place - a) / size;
+  // Where the surface has shrunk, so has the distance.
+  const double wanted = sign * side.distance * std::min(1., std::sqrt(size / side.area));
+  const double missing = wanted - above;
+  const double share = static_cast<double>(missing > 0 ? side.strength : side.pull);
+  return place + sign * share * missing / size * area;
+}
+
+}  // namespace arap

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "arap/mesh.h"
+#include "arap/types.h"
+#include "base/aligned_buffer.h"
+#include "parallel/meter.h"
+#include "parallel/parallel.h"
+#include "parallel/workers.h"
+#include "wrap/anchor_maps.h"
+#include "wrap/anchor_search.h"
+#include "wrap/surface_levels.h"
+#include "wrap/surface_sides.h"
+
+namespace arap {
+
+/// Points that a surface carries: their anchors, weights and rigid pieces. The similarity that fits the surface's
+/// motion best moves them in double; single precision carries what it leaves.
+class WrapPoints {
+ public:
+  /// As WrapDeformation's.
+  WrapPoints(const PolygonMesh& surface, const Positions& points, int n_anchors, bool stay_outside,
+             const std::vector<int>& piece_of_point, int requested_threads, const MeterPart& meter);
+
+  [[nodiscard]] int size() const { return static_cast<int>(rest_.rows()); }
+  [[nodiscard]] int n_surface_vertices() const { return n_surface_vertices_; }
+  [[nodiscard]] int n_pieces() const { return n_pieces_; }
+  [[nodiscard]] const Workers& workers() const { return workers_; }
+
+  /// Calls put(point, place) for all points.
+  /// @param moved  (n_vertices, 3) of the surface
+  template <class Put>
+  void deform(const Positions& moved, const Put& put) const {
+    const Frame frame = frame_of(moved);
+    AlignedBuffer<float> maps(static_cast<size_t>(maps_.size()) * AnchorMaps::kNumbers);
+    maps_.find(frame.displacements, workers_, maps);
+    Positions bent(in_pieces_.size(), 3);
+    parallel_for(workers_, size(), [&](int begin, int end) {
+      for (int p = begin; p < end; ++p) {
+        const Vector3 bent_place = sides_.keep(p, carried(p, maps.data(), frame.unit),
+                                               [&](int k) { return Vector3(frame.places.row(k).transpose()); });
+        const Vector3 place = frame.leave(bent_place);
+        if (place_in_pieces_.empty() || place_in_pieces_[p] < 0)
+          put(p, place);
+        else
+          bent.row(place_in_pieces_[p]) = place.transpose();
+      }
+    });
+    put_pieces(bent, frame.rotation, put);
+  }
+
+ private:
+  /// A pose of the surface, seen from where its best fitting similarity leaves everything at rest.
+  struct Frame {
+    Matrix3 rotation;
+    double scale = 1;
+    Vector3 shift;
+    double unit = 1;          ///< of the displacements: what single precision can hold
+    Positions displacements;  ///< of used_
+    Positions places;         ///< of used_
+
+    [[nodiscard]] Vector3 leave(const Vector3& place) const { return scale * (rotation * place) + shift; }
+  };
+  struct Weight {
+    int anchor;
+    float weight;
+  };
+
+  /// @return  the anchors that the weights name
+  std::vector<AnchorMaps::Node> set_weights(const SurfaceLevels& levels, const std::vector<AnchorLists>& lists);
+  [[nodiscard]] Frame frame_of(const Positions& moved) const;
+  [[nodiscard]] Vector3 carried(int p, const float* maps, double unit) const;
+  void set_pieces(const Positions& points, const std::vector<int>& piece_of_point);
+  struct Rigid {
+    Matrix3 rotation;
+    Vector3 from;
+    Vector3 to;
+  };
+  /// The best one of a piece.
+  /// @param turn  of the surface as a whole: where the piece does not tell
+  [[nodiscard]] Rigid rigid_motion(int piece, const Positions& bent, const Matrix3& turn) const;
+
+  template <class Put>
+  void put_pieces(const Positions& bent, const Matrix3& turn, const Put& put) const {
+    for (int piece = 0; piece < n_pieces_; ++piece) {
+      const Rigid motion = rigid_motion(piece, bent, turn);
+      parallel_for(workers_, piece_offsets_[piece + 1] - piece_offsets_[piece], [&](int begin, int end) {
+        for (int k = piece_offsets_[piece] + begin; k < piece_offsets_[piece] + end; ++k) {
+          const int p = in_pieces_[k];
+          put(p, Vector3(motion.rotation * (input_rest_.row(k).transpose() - motion.from) + motion.to));
+        }
+      });
+    }
+  }
+
+  int n_surface_vertices_;
+  int n_pieces_ = 0;
+  Workers workers_;
+  Eigen::RowVector3d center_;  ///< of the surface
+  double size_;
+  Positions rest_;         ///< (n, 3) of the points: centred, the surface of diagonal 1
+  std::vector<int> used_;  ///< vertices of the surface
+  AnchorMaps maps_;
+  SurfaceSides sides_;
+  Positions used_rest_;  ///< (n, 3) of used_
+  Vector3 used_mean_;
+  double used_square_ = 0;    ///< sum of the squared distances from there
+  std::vector<int> offsets_;  ///< of each point, in weights_
+  std::vector<Weight> weights_;
+  std::vector<int> in_pieces_;         ///< points of pieces, those of a piece one after the other
+  std::vector<int> piece_offsets_{0};  ///< of each piece, in in_pieces_
+  std::vector<int> place_in_pieces_;   ///< of each point, in in_pieces_, or -1; empty without pieces
+  Positions input_rest_;               ///< of in_pieces_, as given
+};
+
+}  // namespace arap

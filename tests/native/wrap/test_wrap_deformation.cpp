@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/wrap_deformation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "arap/error.h"
+#include "support/cages.h"
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::InvalidInput;
+using arap::WrapDeformation;
+using arap::WrapOptions;
+using Row = Eigen::RowVector3d;
+
+/// Around the mesh, inside and outside, some on vertices and some far away.
+Positions points_around(const MeshData& mesh, int n = 60) {
+  Random random(5);
+  const Positions vertices = mesh.positions();
+  Positions points(n, 3);
+  for (int k = 0; k < n; ++k) {
+    const double reach = k % 3 == 0 ? 0 : k % 3 == 1 ? .05 : 1;
+    points.row(k) = vertices.row(k % mesh.n_vertices()) + reach * mesh.diagonal() * random.vector(1).transpose();
+  }
+  return points;
+}
+
+/// Bent about y and made thicker along the way.
+Positions bent(const Positions& positions) {
+  Positions result = positions;
+  for (Eigen::Index k = 0; k < positions.rows(); ++k) {
+    const Row p = positions.row(k);
+    const double angle = .4 * p[2];
+    result.row(k) = Row((1 + p[0]) * std::cos(angle) - 1, p[1] * (1 + .1 * p[2]), (1 + p[0]) * std::sin(angle));
+  }
+  return result;
+}
+
+/// Every face has vertices of its own.
+MeshData soup(const MeshData& mesh) {
+  MeshData result{"soup of " + mesh.name, {}, {}};
+  for (const std::vector<int>& face : mesh.faces) {
+    std::vector<int> corners;
+    for (const int v : face) corners.push_back(result.add_vertex(mesh.vertices[v]));
+    result.faces.push_back(corners);
+  }
+  return result;
+}
+
+/// Surfaces that other wrap deformers refuse, or that have no gradient somewhere.
+std::vector<MeshData> dirty_meshes() {
+  MeshData inverted = bumpy_sphere(2);
+  for (size_t f = 0; f < inverted.faces.size(); f += 3) std::swap(inverted.faces[f][0], inverted.faces[f][1]);
+  inverted.name = "every third face inverted";
+  MeshData degenerate = bumpy_sphere(2);
+  for (size_t f = 0; f < degenerate.faces.size(); f += 4) degenerate.faces[f][1] = degenerate.faces[f][0];
+  degenerate.faces.push_back({0, 0, 0});
+  degenerate.faces.push_back(degenerate.faces[1]);
+  degenerate.add_vertex({9, 9, 9});
+  degenerate.name = "degenerate and double faces, a loose vertex";
+  MeshData points = bumpy_sphere(2);
+  points.faces.clear();
+  points.name = "points alone";
+  const MeshData line{"a line", {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}};
+  const MeshData place{"one place", {{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{0, 1, 2}}};
+  const MeshData vertex{"one vertex", {{1, 2, 3}}, {}};
+  const MeshData triangle{"one triangle", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  return {inverted,
+          degenerate,
+          points,
+          line,
+          place,
+          vertex,
+          triangle,
+          soup(bumpy_sphere(2)),
+          moebius_strip(20, 3),
+          bow_tie(),
+          book(4, Faces::kQuads),
+          cylinder_with_open_seam(12, 8, Faces::kQuads)};
+}
+
+std::vector<MeshData> all_surfaces() {
+  std::vector<MeshData> meshes = all_small_meshes();
+  for (MeshData& mesh : dirty_meshes()) meshes.push_back(std::move(mesh));
+  return meshes;
+}
+
+TEST(WrapDeformation, AtRestAndUnderSimilaritiesPointsMoveAsTheSurface) {
+  const RigidMotion motion = Random(4).rigid_motion(2, 5);
+  for (const MeshData& mesh : all_surfaces()) {
+    const double size = std::max(mesh.diagonal(), 1.);
+    const Positions points = points_around(mesh);
+    const WrapDeformation wrap(mesh.mesh(), points);
+    EXPECT_LT(max_distance(wrap.deform(mesh.positions()), points), 1e-14 * size) << mesh.name;
+    // A line or a point does not tell how it has turned.
+    if (mesh.n_vertices() <= 3) continue;
+    EXPECT_LT(max_distance(wrap.deform(motion.apply(mesh.positions())), motion.apply(points)), 1e-13 * size)
+        << mesh.name;
+    EXPECT_LT(max_distance(wrap.deform(.01 * motion.apply(mesh.positions())), .01 * motion.apply(points)), 1e-14 * size)
+        << mesh.name;
+  }
+}
+
+TEST(WrapDeformation, ResultsAreFiniteWhateverTheSurfaceDoes) {
+  for (const MeshData& mesh : all_surfaces()) {
+    const Positions points = points_around(mesh);
+    const WrapDeformation wrap(mesh.mesh(), points);
+    const Positions rest = mesh.positions();
+    const std::vector<Positions> poses = {Positions::Zero(rest.rows(), 3), -rest, 1e90 * rest, bent(rest),
+                                          Random(2).noise(mesh.n_vertices(), 1e4)};
+    for (const Positions& pose : poses) EXPECT_TRUE(wrap.deform(pose).allFinite()) << mesh.name;
+  }
+}
+
+TEST(WrapDeformation, APointOnAVertexGoesWithIt) {
+  const MeshData mesh = bumpy_sphere(2);
+  const WrapDeformation wrap(mesh.mesh(), mesh.positions());
+  const Positions moved = bent(mesh.positions());
+  EXPECT_LT(max_distance(wrap.deform(moved), moved), 1e-6 * mesh.diagonal());
+}
+
+TEST(WrapDeformation, AnEvenlyStretchedPlaneStretchesWhatIsInItAndThickensByTheRootOfTheArea) {
+  const MeshData mesh = grid(12, Faces::kQuads);
+  Positions points(3, 3);
+  points << .1, .2, 0, .1, .2, .05, -.21, .03, -.02;
+  Positions moved = mesh.positions();
+  moved.col(0) *= 4;
+  Positions expected = points;
+  expected.col(0) *= 4;
+  expected.col(2) *= 2;
+  WrapOptions options;
+  options.stay_outside = false;
+  EXPECT_LT(max_distance(WrapDeformation(mesh.mesh(), points, options).deform(moved), expected), 1e-6);
+}
+
+TEST(WrapDeformation, MovesSmoothlyAcrossTheSurfaceAndItsEdges) {
+  const MeshData mesh = bumpy_sphere(3);
+  const Vector3 a = mesh.vertices[mesh.faces[0][0]];
+  const Vector3 b = mesh.vertices[mesh.faces[0][1]];
+  const Vector3 c = mesh.vertices[mesh.faces[0][2]];
+  // Through the middle of the triangle and of its edge.
+  for (const Vector3& place : {Vector3((a + b + c) / 3), Vector3((a + b) / 2)})
+    for (const Vector3& along : {Vector3(c - a), Vector3((b - a).cross(c - a))}) {
+      constexpr int kSteps = 21;
+      Positions points(kSteps, 3);
+      for (int k = 0; k < kSteps; ++k)
+        points.row(k) = (place + 1e-3 * (k - kSteps / 2) * along.normalized()).transpose();
+      const Positions moved = WrapDeformation(mesh.mesh(), points).deform(bent(mesh.positions()));
+      for (int k = 1; k < kSteps; ++k) EXPECT_NEAR((moved.row(k) - moved.row(k - 1)).norm(), 1e-3, 5e-4);
+    }
+}
+
+TEST(WrapDeformation, DoublesMoveAsOneSurface) {
+  const MeshData whole = bumpy_sphere(2);
+  const MeshData parts = soup(whole);
+  // Near points: of the coarse vertices for far ones others are chosen if the order is another one.
+  const Positions points = whole.positions() + Random(7).noise(whole.n_vertices(), .03 * whole.diagonal());
+  const Positions expected = WrapDeformation(whole.mesh(), points).deform(bent(whole.positions()));
+  EXPECT_LT(max_distance(WrapDeformation(parts.mesh(), points).deform(bent(parts.positions())), expected), 1e-3);
+}
+
+TEST(WrapDeformation, AFingersRingTakesNothingFromTheNextFinger) {
+  const MeshData mesh = hand(.02);
+  const Positions rest = mesh.positions();
+  // Around the end of the first finger; the gap is narrower than its faces.
+  std::vector<Vector3> ring;
+  const double top = rest.col(2).maxCoeff();
+  for (const Vector3& v : mesh.vertices)
+    if (v.x() < 0 && v.z() > top - .3) ring.emplace_back(v + Vector3(v.x() > -.05 ? .005 : 0, 0, 0));
+  Positions points(static_cast<Eigen::Index>(ring.size()), 3);
+  for (size_t k = 0; k < ring.size(); ++k) points.row(static_cast<Eigen::Index>(k)) = ring[k].transpose();
+  Positions moved = rest;
+  for (Eigen::Index v = 0; v < rest.rows(); ++v)
+    if (rest(v, 0) > 0 && rest(v, 2) > top - 1) moved(v, 0) += rest(v, 2) - top + 1;
+  EXPECT_LT(max_distance(WrapDeformation(mesh.mesh(), points).deform(moved), points), .02);
+}
+
+TEST(WrapDeformation, FarPointsDoNotFollowOneTriangle) {
+  const MeshData mesh = grid(40, Faces::kQuads);
+  Positions points(2, 3);
+  points << 0, 0, .5, 0, 0, .001;
+  // One vertex near the middle rises, and its faces stand steep.
+  Positions moved = mesh.positions();
+  int middle = 0;
+  moved.rowwise().squaredNorm().minCoeff(&middle);
+  moved(middle, 2) += .02;
+  const Positions off = WrapDeformation(mesh.mesh(), points).deform(moved) - points;
+  EXPECT_LT(off.row(0).norm(), .02);
+  EXPECT_GT(off.row(1).norm(), .01);
+}
+
+TEST(WrapDeformation, PiecesStayRigid) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Positions points = points_around(mesh, 90);
+  std::vector<int> pieces(90, -1);
+  std::vector<std::vector<int>> of_piece(3);
+  for (int p = 0; p < 60; ++p) {
+    pieces[p] = 7 * (p % 3);
+    of_piece[p % 3].push_back(p);
+  }
+  const WrapDeformation wrap(mesh.mesh(), points, {}, pieces);
+  EXPECT_EQ(wrap.n_pieces(), 3);
+  const Positions moved = wrap.deform(bent(mesh.positions()));
+  const Positions free = WrapDeformation(mesh.mesh(), points).deform(bent(mesh.positions()));
+  for (const std::vector<int>& piece : of_piece) {
+    const RigidMotion best = best_rigid_motion(rows(points, piece), rows(free, piece));
+    EXPECT_LT(max_distance(rows(moved, piece), best.apply(rows(points, piece))), 1e-12);
+  }
+  EXPECT_EQ(moved.bottomRows(30), free.bottomRows(30));
+}
+
+/// A limb along z of radius .5 and length 6.
+MeshData limb() {
+  return transformed(triangulate(cylinder(32, 60)), [](const Vector3& p) { return Vector3(p.x(), p.y(), 3 * p.z()); });
+}
+
+/// Bent in the middle; both ends are held.
+Positions bent_limb(const MeshData& mesh, double degrees) {
+  const Matrix3 turn = rotation_about(Vector3::UnitY(), degrees * std::numbers::pi / 180);
+  const double middle = mesh.positions().col(2).mean();
+  Task task;
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    const Vector3 p = mesh.vertices[v] - middle * Vector3::UnitZ();
+    if (std::abs(p.z()) < 2) continue;
+    task.add(v, (p.z() > 0 ? turn * p : p) + middle * Vector3::UnitZ());
+  }
+  arap::SurfaceArap model(mesh.mesh());
+  model.set_constraints(task.constraints);
+  model.solve(task.targets, to_accuracy(1e-3));
+  return model.positions();
+}
+
+Positions sleeve(const MeshData& mesh, double offset) {
+  constexpr int kAround = 45;
+  constexpr int kAlong = 80;
+  constexpr int kPoints = kAround * kAlong;
+  const double low = mesh.positions().col(2).minCoeff();
+  Positions points(kPoints, 3);
+  for (int k = 0; k < kPoints; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kAround;
+    points.row(k) << (.5 + offset) * std::cos(angle), (.5 + offset) * std::sin(angle), low + .5 + 5. * k / kPoints;
+  }
+  return points;
+}
+
+int n_inside(const MeshData& mesh, const Positions& posed, const Positions& points) {
+  MeshData moved = mesh;
+  for (int v = 0; v < mesh.n_vertices(); ++v) moved.vertices[v] = posed.row(v).transpose();
+  int inside = 0;
+  for (Eigen::Index k = 0; k < points.rows(); ++k) inside += winding(moved, points.row(k).transpose()) > .5 ? 1 : 0;
+  return inside;
+}
+
+TEST(WrapDeformation, ASleeveStaysOutsideOfABentLimb) {
+  const MeshData mesh = limb();
+  const Positions posed = bent_limb(mesh, 120);
+  for (const double offset : {.003, .015, .05}) {
+    const Positions points = sleeve(mesh, offset);
+    EXPECT_EQ(n_inside(mesh, posed, WrapDeformation(mesh.mesh(), points).deform(posed)), 0) << offset;
+    MeshData inside_out = mesh;
+    for (std::vector<int>& face : inside_out.faces) std::swap(face[0], face[1]);
+    EXPECT_EQ(n_inside(mesh, posed, WrapDeformation(inside_out.mesh(), points).deform(posed)), 0) << offset;
+  }
+  // What pushes is needed: the mesh is coarser than this sleeve is near.
+  WrapOptions without;
+  without.stay_outside = false;
+  EXPECT_GT(n_inside(mesh, posed, WrapDeformation(mesh.mesh(), sleeve(mesh, .003), without).deform(posed)), 20);
+}
+
+TEST(WrapDeformation, WhatIsInsideStaysInside) {
+  const MeshData mesh = limb();
+  const Positions posed = bent_limb(mesh, 90);
+  const Positions points = sleeve(mesh, -.01);
+  EXPECT_EQ(n_inside(mesh, posed, WrapDeformation(mesh.mesh(), points).deform(posed)), points.rows());
+}
+
+TEST(WrapDeformation, ThreadsDoNotChangeTheResult) {
+  const MeshData mesh = bumpy_sphere(4);
+  const Positions points = points_around(mesh, 9000);
+  std::vector<int> pieces(9000, -1);
+  for (int p = 0; p < 3000; ++p) pieces[p] = p % 5;
+  WrapOptions options;
+  options.threads = 1;
+  const WrapDeformation one(mesh.mesh(), points, options, pieces);
+  options.threads = 3;
+  const WrapDeformation three(mesh.mesh(), points, options, pieces);
+  EXPECT_EQ(three.threads(), 3);
+  const Positions moved = bent(mesh.positions());
+  EXPECT_EQ(one.deform(moved), three.deform(moved));
+}
+
+TEST(WrapDeformation, SinglePrecisionIsTheResultRounded) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Positions points = points_around(mesh);
+  const WrapDeformation wrap(mesh.mesh(), points);
+  const Positions moved = bent(mesh.positions());
+  std::vector<float> out(points.size());
+  wrap.deform(moved, out);
+  const Positions result = wrap.deform(moved);
+  for (Eigen::Index k = 0; k < result.size(); ++k)
+    EXPECT_EQ(out[static_cast<size_t>(k)], static_cast<float>(result.data()[k]));
+  EXPECT_EQ(wrap.n_points(), 60);
+  EXPECT_EQ(wrap.n_vertices(), mesh.n_vertices());
+}
+
+TEST(WrapDeformation, RefusesWhatIsWrong) {
+  const MeshData mesh = tetrahedron();
+  const Positions points = points_around(mesh, 3);
+  const auto bind = [&](const Positions& given, const WrapOptions& options, const std::vector<int>& pieces) {
+    return WrapDeformation(mesh.mesh(), given, options, pieces);
+  };
+  WrapOptions options;
+  options.anchors = 65;
+  expect_error<InvalidInput>([&] { bind(points, options, {}); }, {"anchors = 65, must be >= 1 and <= 64"});
+  expect_error<InvalidInput>([&] { bind({}, {}, {}); }, {"points is empty", "for the surface to move"});
+  expect_error<InvalidInput>([&] { bind(points, {}, {0, 1}); }, {"piece_of_point has 2 rows, expected 3"});
+  expect_error<InvalidInput>([&] { bind(points, {}, {0, -2, 1}); }, {"piece_of_point[1] = -2, must be >= -1"});
+  const WrapDeformation wrap = bind(points, {}, {});
+  expect_error<InvalidInput>([&] { static_cast<void>(wrap.deform(points)); },
+                             {"surface_positions has 3 rows, expected 4"});
+  std::vector<float> out(9);
+  expect_error<InvalidInput>([&] { wrap.deform(1e60 * mesh.positions(), out); },
+                             {"surface_positions", "range of single"});
+}
+
+TEST(WrapDeformation, ProgressMayStopTheBind) {
+  const MeshData mesh = bumpy_sphere(2);
+  expect_error<arap::Cancelled>(
+      [&] { WrapDeformation(mesh.mesh(), points_around(mesh), {}, {}, [](double) { return false; }); },
+      {"binding the points to the surface was cancelled"});
+}
+
+}  // namespace
+}  // namespace arap_test
