@@ -81,9 +81,22 @@ class Ring {
 /// D of the turn and growth that bring u to u + change, and turn nothing else.
 Matrix3 turn_of_line(const Vector3& u, const Vector3& change) {
   const Vector3 moved = u + change;
-  const double length = moved.norm();
-  if (!(length > 0)) return Matrix3::Zero();
-  return length * Eigen::Quaterniond::FromTwoVectors(u, moved).toRotationMatrix() - Matrix3::Identity();
+  const double growth = moved.norm() / u.norm();  // u may be rounded
+  if (!(growth > 0)) return Matrix3::Zero();
+  return growth * Eigen::Quaterniond::FromTwoVectors(u, moved).toRotationMatrix() - Matrix3::Identity();
+}
+
+/// What brings the normal n = u x v to the new one, times the root of the area's growth g: (n + c) / sqrt(g) - n, with
+/// n + c = (u + D u) x (v + D v). Of c alone, so where nothing changes it is 0 to the last digit.
+Eigen::Matrix3f change_of_normal(const Eigen::Vector3f& u, const Eigen::Vector3f& v, const Eigen::Matrix3f& D) {
+  const Eigen::Vector3f n = u.cross(v);
+  const Eigen::Vector3f du = D * u;
+  const Eigen::Vector3f dv = D * v;
+  const Eigen::Vector3f c = u.cross(dv) + du.cross(v) + du.cross(dv);
+  constexpr float kLeast = 1e-24F;
+  const float squared_growth = std::max(1 + (2 * n + c).dot(c), kLeast);
+  const float per_root = 1 / std::sqrt(std::sqrt(squared_growth));
+  return (per_root * c + (per_root - 1) * n) * n.transpose();
 }
 
 }  // namespace
@@ -98,7 +111,8 @@ AnchorMaps::AnchorMaps(const SurfaceLevels& levels, const std::vector<Node>& anc
       const int node = anchors[a].node;
       Ring& ring = rings[a];
       ring = Ring(level, node);
-      anchors_[a] = {level.vertices[node], level.places.row(node).transpose(), ring.span().u, ring.span().v};
+      anchors_[a] = {level.vertices[node], level.places.row(node).transpose().cast<float>(),
+                     ring.span().u.cast<float>(), ring.span().v.cast<float>(), !ring.span().v.isZero(0)};
       offsets_[a + 1] = static_cast<int>(ring.size());
     }
   });
@@ -130,21 +144,17 @@ void AnchorMaps::find_one(int a, const Positions& displacements, float* map) con
     y += static_cast<float>(next[1] - here[1]) * gradient;
     z += static_cast<float>(next[2] - here[2]) * gradient;
   }
-  Matrix3 D;
-  D << x.head<3>().cast<double>().transpose(), y.head<3>().cast<double>().transpose(),
-      z.head<3>().cast<double>().transpose();
-  if (!anchor.v.isZero(0)) {
-    const Vector3 normal = anchor.u.cross(anchor.v);
-    const Vector3 moved = (anchor.u + D * anchor.u).cross(anchor.v + D * anchor.v);
-    constexpr double kLeast = 1e-12;
-    const double growth = std::sqrt(std::max(moved.norm(), kLeast));
-    D += (moved / growth - normal) * normal.transpose();
-  } else if (!anchor.u.isZero(0)) {
-    D = turn_of_line(anchor.u, D * anchor.u);
-  }
-  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> all;
-  all << D, here - D * anchor.place;
-  Eigen::Matrix<float, 3, 4, Eigen::RowMajor>::Map(map) = all.cast<float>();
+  Eigen::Matrix3f D;
+  D << x.head<3>().transpose(), y.head<3>().transpose(), z.head<3>().transpose();
+  constexpr float kLargest = 1e8F;  // fourth powers of it are numbers
+  D = D.cwiseMax(-kLargest).cwiseMin(kLargest);
+  if (anchor.has_plane)
+    D += change_of_normal(anchor.u, anchor.v, D);
+  else if (!anchor.u.isZero(0))
+    D = turn_of_line(anchor.u.cast<double>(), (D * anchor.u).cast<double>()).cast<float>();
+  Eigen::Matrix<float, 3, 4, Eigen::RowMajor> all;
+  all << D, here.cast<float>() - D * anchor.place;
+  Eigen::Matrix<float, 3, 4, Eigen::RowMajor>::Map(map) = all;
 }
 
 void AnchorMaps::find(const Positions& displacements, const Workers& workers, AlignedBuffer<float>& maps) const {

@@ -35,9 +35,10 @@ class AnchorMaps {
   /// a line alone.
   struct Anchor {
     int vertex;  ///< number of a used one
-    Vector3 place;
-    Vector3 u;
-    Vector3 v;
+    Eigen::Vector3f place;
+    Eigen::Vector3f u;
+    Eigen::Vector3f v;
+    bool has_plane;  ///< neither is 0
   };
   void find_one(int anchor, const Positions& displacements, float* map) const;
 

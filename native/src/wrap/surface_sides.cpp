@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/grouped.h"
+#include "mesh/triangulation.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -48,6 +49,8 @@ Vector3 nearest_in_triangle(const Vector3& place, const Vector3& a, const Vector
   return a + (vb * ab + vc * ac) / (va + vb + vc);
 }
 
+double longest_edge(const Vector3& ab, const Vector3& ac) { return std::max({ab.norm(), ac.norm(), (ac - ab).norm()}); }
+
 /// The fans from the first corners.
 std::vector<Corners> fans(const PolygonMesh& surface) {
   std::vector<Corners> triangles;
@@ -87,15 +90,15 @@ class Triangles {
   }
 
  private:
-  /// Replaces `nearest` by a triangle at the node that is nearer to `place`, and has an area. Of those that share the
-  /// nearest edge or corner it is the one that faces the place.
+  /// Replaces `nearest` by a triangle at the node that is nearer to `place`, and is not degenerate. Of those that share
+  /// the nearest edge or corner it is the one that faces the place.
   void look_at(int node, const Vector3& place, Nearest& nearest) const {
     for (const int t : at_node_.of(node)) {
       const Vector3 a = this->place(corners_[t][0]);
       const Vector3 b = this->place(corners_[t][1]);
       const Vector3 c = this->place(corners_[t][2]);
       const Vector3 area = (b - a).cross(c - a);
-      if (!(area.squaredNorm() > 0)) continue;
+      if (!(area.norm() > kDegenerateHeight * std::pow(longest_edge(b - a, c - a), 2))) continue;
       const double squared = (place - nearest_in_triangle(place, a, b, c)).squaredNorm();
       const double above = area.dot(place - a) / area.norm();
       constexpr double kSame = 1e-9;
@@ -129,7 +132,7 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
       const Vector3 ac = triangles.place(corners[2]) - a;
       const double above = nearest.above;
       const double away = std::sqrt(nearest.squared);
-      const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
+      const double longest = longest_edge(ab, ac);
       const double strength = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
       if (!(strength > 0) || !(std::abs(above) >= kLeastAbove * away)) continue;
       const double pull = std::max(1 - away / (kNearest * longest), 0.);
@@ -144,15 +147,16 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
 Vector3 SurfaceSides::pushed(const Side& side, const Vector3& place, const Vector3& a, const Vector3& ab,
                              const Vector3& ac) {
   const Vector3 area = ab.cross(ac);
-  const double size = area.norm();
-  if (!(size > 0)) return place;
+  const double squared_size = area.squaredNorm();
+  if (!(squared_size > 0)) return place;
+  const double size = std::sqrt(squared_size);
   const double sign = side.distance < 0 ? -1 : 1;
-  const double above = sign * area.dot(place - a) / size;
   // Where the surface has shrunk, so has the distance.
-  const double wanted = sign * side.distance * std::min(1., std::sqrt(size / side.area));
-  const double missing = wanted - above;
-  const double share = static_cast<double>(missing > 0 ? side.strength : side.pull);
-  return place + sign * share * missing / size * area;
+  const double shrunk = size < side.area ? std::sqrt(size / side.area) : 1;
+  const double missing = sign * (side.distance * shrunk * size - area.dot(place - a));  // times the size
+  const auto share = static_cast<double>(missing > 0 ? side.strength : side.pull);
+  if (share == 0) return place;
+  return place + sign * share * missing / squared_size * area;
 }
 
 }  // namespace arap
