@@ -34,11 +34,11 @@ class AnchorMaps {
   /// Two unit vectors across each other span what the neighbours of an anchor tell. Both 0: they tell nothing; one 0:
   /// a line alone.
   struct Anchor {
-    int vertex;  ///< number of a used one
+    int vertex = 0;  ///< number of a used one
     Eigen::Vector3f place;
     Eigen::Vector3f u;
     Eigen::Vector3f v;
-    bool has_plane;  ///< neither is 0
+    bool has_plane = false;  ///< neither is 0
   };
   void find_one(int anchor, const Positions& displacements, float* map) const;
 

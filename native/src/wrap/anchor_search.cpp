@@ -23,6 +23,7 @@ class Search {
  public:
   Search(const SurfaceLevels& levels, const PointTree& nearest, int n_anchors)
       : levels_(levels), nearest_(nearest), n_anchors_(static_cast<size_t>(n_anchors)) {
+    last_seen_.reserve(levels.size());
     for (int l = 0; l < levels.size(); ++l) last_seen_.emplace_back(levels.level(l).n_nodes(), -1);
   }
 

@@ -74,6 +74,7 @@ WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int 
 std::vector<AnchorMaps::Node> WrapPoints::set_weights(const SurfaceLevels& levels,
                                                       const std::vector<AnchorLists>& lists) {
   std::vector<std::vector<int>> number;  // of each level and node
+  number.reserve(levels.size());
   for (int l = 0; l < levels.size(); ++l) number.emplace_back(levels.level(l).n_nodes(), -1);
   std::vector<AnchorMaps::Node> anchors;
   offsets_.assign(1, 0);
