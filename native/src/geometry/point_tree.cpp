@@ -34,8 +34,11 @@ struct PointTree::Query {
   const Eigen::RowVector3d& place;
   size_t k;
   std::vector<Near>& found;
+  double squared_slack;
 
-  [[nodiscard]] bool may_be_nearer(double squared) const { return found.size() < k || squared <= found.back().squared; }
+  [[nodiscard]] bool may_be_nearer(double squared) const {
+    return found.size() < k || squared_slack * squared <= found.back().squared;
+  }
   void take(const Near& near) const {
     const auto is_nearer = [](const Near& a, const Near& b) {
       return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
@@ -65,9 +68,10 @@ void PointTree::search(const Query& query, int begin, int end, int node, const E
   if (query.may_be_nearer(across.squaredNorm())) visit(above >= 0, across);
 }
 
-void PointTree::nearest(const Eigen::RowVector3d& place, int k, std::vector<Near>& found) const {
+void PointTree::nearest(const Eigen::RowVector3d& place, int k, std::vector<Near>& found, double slack) const {
   found.clear();
-  search({place, static_cast<size_t>(k), found}, 0, static_cast<int>(order_.size()), 0, Eigen::RowVector3d::Zero());
+  search({place, static_cast<size_t>(k), found, slack * slack}, 0, static_cast<int>(order_.size()), 0,
+         Eigen::RowVector3d::Zero());
 }
 
 }  // namespace arap

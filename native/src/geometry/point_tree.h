@@ -19,7 +19,8 @@ class PointTree {
   explicit PointTree(const Positions& points);
 
   /// The k nearest points, or all if there are fewer, the nearest first; of equally near ones the lowest.
-  void nearest(const Eigen::RowVector3d& place, int k, std::vector<Near>& found) const;
+  /// @param slack  >= 1: others may be nearer by this factor, which makes searches from far away faster
+  void nearest(const Eigen::RowVector3d& place, int k, std::vector<Near>& found, double slack = 1) const;
 
  private:
   struct Node {

@@ -29,7 +29,10 @@ class Search {
 
   void add_anchors(int point, const Row& place, AnchorLists& lists) {
     const size_t before = lists.anchors.size();
-    nearest_.nearest(place, 1, found_);
+    constexpr double kSlack = 1.1;
+    constexpr double kNear = 8;  // mean edges: from there on, nearly the nearest will do, as anchors are coarse
+    nearest_.nearest(place, 1, found_, kSlack);
+    if (found_[0].squared < std::pow(kNear * levels_.spacing(), 2)) nearest_.nearest(place, 1, found_);
     const double spacings = std::sqrt(found_[0].squared) / (levels_.spacing() * kDistancePerSpacing);
     const double depth = std::clamp(std::log2(std::max(spacings, 1.)), 0., levels_.size() - 1.);
     const double fine = std::floor(depth);

@@ -28,6 +28,8 @@ TEST(PointTree, FindsTheNearestOnes) {
     tree.nearest(place, 5, found);
     ASSERT_EQ(found.size(), 5U);
     for (size_t k = 0; k < 5; ++k) EXPECT_EQ(found[k].point, expected[k].second);
+    tree.nearest(place, 5, found, 1.5);
+    for (size_t k = 0; k < 5; ++k) EXPECT_LE(found[k].squared, 1.5 * 1.5 * expected[k].first);
   }
 }
 
