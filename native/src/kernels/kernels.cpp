@@ -13,9 +13,10 @@ namespace arap {
   CellKernels<double> double_cell_kernels();                                                                       \
   LatticeKernels lattice_kernels();                                                                                \
   CageKernels cage_kernels();                                                                                      \
+  WrapKernels wrap_kernels();                                                                                      \
   static const Kernels& kernels() {                                                                                \
     static const Kernels all{front_kernels(),       tile_kernels(),    half_tile_kernels(), single_cell_kernels(), \
-                             double_cell_kernels(), lattice_kernels(), cage_kernels()};                            \
+                             double_cell_kernels(), lattice_kernels(), cage_kernels(),      wrap_kernels()};       \
     return all;                                                                                                    \
   }                                                                                                                \
   }

@@ -7,6 +7,7 @@
 #include "kernels/isa.h"
 #include "kernels/lattice_kernels.h"
 #include "kernels/tile_kernels.h"
+#include "kernels/wrap_kernels.h"
 
 namespace arap {
 
@@ -19,6 +20,7 @@ struct Kernels {
   CellKernels<double> double_cell;
   LatticeKernels lattice;
   CageKernels cage;
+  WrapKernels wrap;
 };
 
 [[nodiscard]] const Kernels& kernels(Isa isa);

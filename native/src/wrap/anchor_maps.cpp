@@ -86,81 +86,71 @@ Matrix3 turn_of_line(const Vector3& u, const Vector3& change) {
   return growth * Eigen::Quaterniond::FromTwoVectors(u, moved).toRotationMatrix() - Matrix3::Identity();
 }
 
-/// What brings the normal n = u x v to the new one, times the root of the area's growth g: (n + c) / sqrt(g) - n, with
-/// n + c = (u + D u) x (v + D v). Of c alone, so where nothing changes it is 0 to the last digit.
-Eigen::Matrix3f change_of_normal(const Eigen::Vector3f& u, const Eigen::Vector3f& v, const Eigen::Matrix3f& D) {
-  const Eigen::Vector3f n = u.cross(v);
-  const Eigen::Vector3f du = D * u;
-  const Eigen::Vector3f dv = D * v;
-  const Eigen::Vector3f c = u.cross(dv) + du.cross(v) + du.cross(dv);
-  constexpr float kLeast = 1e-24F;
-  const float squared_growth = std::max(1 + (2 * n + c).dot(c), kLeast);
-  const float per_root = 1 / std::sqrt(std::sqrt(squared_growth));
-  return (per_root * c + (per_root - 1) * n) * n.transpose();
+void set_frame(std::vector<float>& frames, size_t anchor, const Span& span, const Vector3& place) {
+  float* block = frames.data() + anchor / kAnchorBlock * 9 * kAnchorBlock + anchor % kAnchorBlock;
+  const bool has_plane = !span.v.isZero(0);
+  for (int i = 0; i < 3; ++i) {
+    block[i * kAnchorBlock] = has_plane ? static_cast<float>(span.u[i]) : 0;
+    block[(3 + i) * kAnchorBlock] = static_cast<float>(span.v[i]);
+    block[(6 + i) * kAnchorBlock] = static_cast<float>(place[i]);
+  }
 }
 
 }  // namespace
 
-AnchorMaps::AnchorMaps(const SurfaceLevels& levels, const std::vector<Node>& anchors, int threads, UsedVertices& used)
-    : anchors_(anchors.size()), offsets_(anchors.size() + 1, 0) {
+AnchorMaps::AnchorMaps(const SurfaceLevels& levels, const std::vector<Node>& anchors, int threads, UsedVertices& used) {
   const auto n = static_cast<int>(anchors.size());
+  const size_t n_blocks = (anchors.size() + kAnchorBlock - 1) / kAnchorBlock;
+  vertices_.assign(n_blocks * kAnchorBlock, 0);
+  offsets_.assign(vertices_.size() + 1, 0);
+  frames_.assign(n_blocks * 9 * kAnchorBlock, 0);
   std::vector<Ring> rings(anchors.size());
   parallel_for(threads, n, [&](int begin, int end) {
     for (int a = begin; a < end; ++a) {
       const SurfaceLevel& level = levels.level(anchors[a].level);
-      const int node = anchors[a].node;
-      Ring& ring = rings[a];
-      ring = Ring(level, node);
-      anchors_[a] = {level.vertices[node], level.places.row(node).transpose().cast<float>(),
-                     ring.span().u.cast<float>(), ring.span().v.cast<float>(), !ring.span().v.isZero(0)};
-      offsets_[a + 1] = static_cast<int>(ring.size());
+      rings[a] = Ring(level, anchors[a].node);
+      set_frame(frames_, a, rings[a].span(), level.places.row(anchors[a].node).transpose());
+      offsets_[a + 1] = static_cast<int>(rings[a].size());
     }
   });
   make_offsets(offsets_);
   neighbours_.reserve(offsets_.back());
-  gradients_.reserve(offsets_.back());
+  gradients_.reserve(4 * static_cast<size_t>(offsets_.back()));
   for (int a = 0; a < n; ++a) {
-    anchors_[a].vertex = used.number_of(anchors_[a].vertex);
-    const std::vector<int>& vertices = levels.level(anchors[a].level).vertices;
+    const SurfaceLevel& level = levels.level(anchors[a].level);
+    vertices_[a] = used.number_of(level.vertices[anchors[a].node]);
     for (size_t k = 0; k < rings[a].size(); ++k) {
-      neighbours_.push_back(used.number_of(vertices[rings[a].node(k)]));
-      gradients_.emplace_back();
-      gradients_.back() << rings[a].gradient(k).cast<float>(), 0;
+      neighbours_.push_back(used.number_of(level.vertices[rings[a].node(k)]));
+      const Vector3 gradient = rings[a].gradient(k);
+      for (const double number : gradient) gradients_.push_back(static_cast<float>(number));
+      gradients_.push_back(0);
     }
+    const Span& span = rings[a].span();
+    if (span.v.isZero(0) && !span.u.isZero(0))
+      lines_.push_back({a, span.u, level.places.row(anchors[a].node).transpose()});
   }
 }
 
-void AnchorMaps::find_one(int a, const Positions& displacements, float* map) const {
-  const Anchor& anchor = anchors_[a];
-  const Vector3 here = displacements.row(anchor.vertex).transpose();
-  // Rows of four numbers: the length of a vector register.
-  Eigen::Vector4f x = Eigen::Vector4f::Zero();
-  Eigen::Vector4f y = Eigen::Vector4f::Zero();
-  Eigen::Vector4f z = Eigen::Vector4f::Zero();
-  for (int k = offsets_[a]; k < offsets_[a + 1]; ++k) {
-    const double* next = displacements.data() + 3 * static_cast<size_t>(neighbours_[k]);
-    const Eigen::Vector4f& gradient = gradients_[k];
-    x += static_cast<float>(next[0] - here[0]) * gradient;
-    y += static_cast<float>(next[1] - here[1]) * gradient;
-    z += static_cast<float>(next[2] - here[2]) * gradient;
-  }
-  Eigen::Matrix3f D;
-  D << x.head<3>().transpose(), y.head<3>().transpose(), z.head<3>().transpose();
-  constexpr float kLargest = 1e8F;  // fourth powers of it are numbers
-  D = D.cwiseMax(-kLargest).cwiseMin(kLargest);
-  if (anchor.has_plane)
-    D += change_of_normal(anchor.u, anchor.v, D);
-  else if (!anchor.u.isZero(0))
-    D = turn_of_line(anchor.u.cast<double>(), (D * anchor.u).cast<double>()).cast<float>();
-  Eigen::Matrix<float, 3, 4, Eigen::RowMajor> all;
-  all << D, here.cast<float>() - D * anchor.place;
-  Eigen::Matrix<float, 3, 4, Eigen::RowMajor>::Map(map) = all;
+AnchorsView AnchorMaps::view() const {
+  return {vertices_.data(), offsets_.data(), neighbours_.data(), gradients_.data(), frames_.data()};
 }
 
-void AnchorMaps::find(const Positions& displacements, const Workers& workers, AlignedBuffer<float>& maps) const {
-  parallel_for(workers, size(), [&](int begin, int end) {
-    for (int a = begin; a < end; ++a) find_one(a, displacements, maps.data() + static_cast<size_t>(a) * kNumbers);
+void AnchorMaps::turn_line(const OnLine& line, const AlignedBuffer<double>& displacements, float* map) const {
+  Eigen::Map<Eigen::Matrix<float, 3, 4, Eigen::RowMajor>> rows(map);
+  const Matrix3 D = turn_of_line(line.u, rows.leftCols<3>().cast<double>() * line.u);
+  const Vector3 here = Vector3::Map(&displacements[4 * static_cast<size_t>(vertices_[line.anchor])]);
+  rows << D.cast<float>(), (here - D * line.place).cast<float>();
+}
+
+void AnchorMaps::find(const WrapKernels& kernels, const AlignedBuffer<double>& displacements, const Workers& workers,
+                      AlignedBuffer<float>& maps) const {
+  constexpr int kBlocks = 32;
+  const AnchorsView anchors = view();
+  parallel_for<kBlocks>(workers, static_cast<int>(vertices_.size() / kAnchorBlock), [&](int begin, int end) {
+    kernels.find_maps(anchors, displacements.data(), maps.data(), begin, end);
   });
+  for (const OnLine& line : lines_)
+    turn_line(line, displacements, maps.data() + static_cast<size_t>(line.anchor) * kMapNumbers);
 }
 
 }  // namespace arap

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "arap/types.h"
 #include "base/aligned_buffer.h"
+#include "kernels/wrap_kernels.h"
 #include "parallel/workers.h"
 #include "wrap/surface_levels.h"
 #include "wrap/used_vertices.h"
@@ -22,32 +24,34 @@ class AnchorMaps {
   AnchorMaps() = default;
   AnchorMaps(const SurfaceLevels& levels, const std::vector<Node>& anchors, int threads, UsedVertices& used);
 
-  [[nodiscard]] int size() const { return static_cast<int>(anchors_.size()); }
-  /// Numbers of a map: the rows of (D, p' - p - D p), D = B - 1. A point x moves by D x + p' - p - D p.
-  static constexpr int kNumbers = 12;
+  /// Numbers of all maps.
+  [[nodiscard]] size_t n_numbers() const { return vertices_.size() * kMapNumbers; }
 
-  /// The maps of all anchors.
-  /// @param displacements  (n, 3) of the used vertices
-  void find(const Positions& displacements, const Workers& workers, AlignedBuffer<float>& maps) const;
+  /// The maps of all anchors: the rows of (D, p' - p - D p), D = B - 1, and four numbers more. A point x moves by
+  /// D x + p' - p - D p.
+  /// @param displacements  (n, 4) of the used vertices; the last number is 0
+  void find(const WrapKernels& kernels, const AlignedBuffer<double>& displacements, const Workers& workers,
+            AlignedBuffer<float>& maps) const;
 
  private:
-  /// Two unit vectors across each other span what the neighbours of an anchor tell. Both 0: they tell nothing; one 0:
-  /// a line alone.
-  struct Anchor {
-    int vertex = 0;  ///< number of a used one
-    Eigen::Vector3f place;
-    Eigen::Vector3f u;
-    Eigen::Vector3f v;
-    bool has_plane = false;  ///< neither is 0
+  /// An anchor whose neighbours are on a line alone, along u.
+  struct OnLine {
+    int anchor;
+    Vector3 u;
+    Vector3 place;
   };
-  void find_one(int anchor, const Positions& displacements, float* map) const;
+  void turn_line(const OnLine& line, const AlignedBuffer<double>& displacements, float* map) const;
+  [[nodiscard]] AnchorsView view() const;
 
-  std::vector<Anchor> anchors_;
-  std::vector<int> offsets_{0};  ///< of each anchor, in its neighbours
-  std::vector<int> neighbours_;  ///< numbers of used vertices
-  /// Of each neighbour: D = sum of displacements, seen from the anchor, times these, within the span of u and v. The
-  /// last number is 0.
-  std::vector<Eigen::Vector4f> gradients_;
+  // As AnchorsView. Two unit vectors u and v across each other span what the neighbours of an anchor tell. Both 0: they
+  // do not span a plane.
+  std::vector<int> vertices_;
+  std::vector<int> offsets_{0};
+  std::vector<int> neighbours_;
+  /// D = sum of displacements, seen from the anchor, times these, within the span of u and v.
+  std::vector<float> gradients_;
+  std::vector<float> frames_;
+  std::vector<OnLine> lines_;
 };
 
 }  // namespace arap

@@ -18,8 +18,9 @@ using Corners = std::array<int, 3>;
 
 /// Beyond so many of the triangle's longest edges a point is not pushed any more; from half of it on less and less.
 constexpr double kFarthest = 4;
-/// Nearer than so many of them it is also pulled, more and more. Else a point would jump where it changes sides.
-constexpr double kNearest = .1;
+/// Nearer than so many of them it is also pulled, more and more: what is tight keeps its distance, and nothing jumps
+/// where it changes sides.
+constexpr double kNearest = 1;
 /// A point beside the triangle, as beyond the rim of an open surface, is on no side of it: the least distance from the
 /// plane, of that from the triangle.
 constexpr double kLeastAbove = .5;
@@ -136,7 +137,13 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
       const double strength = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
       if (!(strength > 0) || !(std::abs(above) >= kLeastAbove * away)) continue;
       const double pull = std::max(1 - away / (kNearest * longest), 0.);
-      sides_[p] = {corners, static_cast<float>(strength), static_cast<float>(pull), above, ab.cross(ac).norm()};
+      const double products = ab.dot(ac);
+      const double determinant = ab.cross(ac).squaredNorm();
+      sides_[p] = {corners,
+                   static_cast<float>(strength),
+                   static_cast<float>(pull),
+                   above,
+                   {ac.squaredNorm() / determinant, -products / determinant, ab.squaredNorm() / determinant}};
     }
   });
   for (Side& side : sides_)
@@ -144,16 +151,31 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
       for (int& corner : side.corners) corner = used.number_of(corner);
 }
 
-Vector3 SurfaceSides::pushed(const Side& side, const Vector3& place, const Vector3& a, const Vector3& ab,
-                             const Vector3& ac) {
+/// Of lengths at rest, if the triangle is larger or smaller in every direction: of its stretches the one nearest to
+/// rest_unit, or that between them. So one that only bends or folds is as large as before.
+double SurfaceSides::length_of(const Side& side, const Vector3& ab, const Vector3& ac, double rest_unit) {
+  const auto [i00, i01, i11] = side.inverse;
+  const double g00 = ab.squaredNorm();
+  const double g01 = ab.dot(ac);
+  const double g11 = ac.squaredNorm();
+  // Squared stretches are the eigenvalues of M = G^-1 times G now.
+  const double m00 = i00 * g00 + i01 * g01;
+  const double m01 = i00 * g01 + i01 * g11;
+  const double m10 = i01 * g00 + i11 * g01;
+  const double m11 = i01 * g01 + i11 * g11;
+  const double mean = (m00 + m11) / 2;
+  const double half = std::sqrt(std::max(0., (m00 - m11) * (m00 - m11) / 4 + m01 * m10));
+  return std::sqrt(std::max(mean - half, std::min(rest_unit * rest_unit, mean + half)));
+}
+
+Vector3 SurfaceSides::pushed(const Side& side, double rest_unit, const Vector3& place, const Vector3& a,
+                             const Vector3& ab, const Vector3& ac) {
   const Vector3 area = ab.cross(ac);
   const double squared_size = area.squaredNorm();
   if (!(squared_size > 0)) return place;
-  const double size = std::sqrt(squared_size);
   const double sign = side.distance < 0 ? -1 : 1;
-  // Where the surface has shrunk, so has the distance.
-  const double shrunk = size < side.area ? std::sqrt(size / side.area) : 1;
-  const double missing = sign * (side.distance * shrunk * size - area.dot(place - a));  // times the size
+  const double wanted = length_of(side, ab, ac, rest_unit) * side.distance;
+  const double missing = sign * (wanted * std::sqrt(squared_size) - area.dot(place - a));  // times the size of the area
   const auto share = static_cast<double>(missing > 0 ? side.strength : side.pull);
   if (share == 0) return place;
   return place + sign * share * missing / squared_size * area;

@@ -25,15 +25,16 @@ class SurfaceSides {
                const Positions& points, const std::vector<int>& nearest, int threads, UsedVertices& used);
 
   /// Where point p may be instead of `place`.
-  /// @param moved  moved(k): place of the vertex with this number of `used`
+  /// @param rest_unit  of lengths at rest, in the space of the places
+  /// @param moved      moved(k): place of the vertex with this number of `used`
   template <class Moved>
-  [[nodiscard]] Vector3 keep(int p, const Vector3& place, const Moved& moved) const {
+  [[nodiscard]] Vector3 keep(int p, const Vector3& place, double rest_unit, const Moved& moved) const {
     if (sides_.empty() || sides_[p].corners[0] < 0) return place;
     const Side& side = sides_[p];
     const Vector3 a = moved(side.corners[0]);
     const Vector3 b = moved(side.corners[1]);
     const Vector3 c = moved(side.corners[2]);
-    return pushed(side, place, a, b - a, c - a);
+    return pushed(side, rest_unit, place, a, b - a, c - a);
   }
 
  private:
@@ -42,11 +43,13 @@ class SurfaceSides {
     float strength = 0;   ///< of the push away from the triangle: from 1 near to it to 0
     float pull = 0;       ///< of the pull towards it: from 1 on it to 0
     double distance = 0;  ///< from the plane at rest; < 0: behind the triangle
-    double area = 0;      ///< twice that of the triangle at rest
+    /// Of the matrix G of products of ab and ac at rest, from the first corner: entries 00, 01 and 11 of the inverse.
+    std::array<double, 3> inverse{};
   };
 
-  [[nodiscard]] static Vector3 pushed(const Side& side, const Vector3& place, const Vector3& a, const Vector3& ab,
-                                      const Vector3& ac);
+  [[nodiscard]] static double length_of(const Side& side, const Vector3& ab, const Vector3& ac, double rest_unit);
+  [[nodiscard]] static Vector3 pushed(const Side& side, double rest_unit, const Vector3& place, const Vector3& a,
+                                      const Vector3& ab, const Vector3& ac);
 
   std::vector<Side> sides_;
 };

@@ -14,8 +14,6 @@ namespace arap {
 namespace {
 
 using Row = Eigen::RowVector3d;
-/// A map, or a sum of weights times maps.
-using Motion = Eigen::Matrix<float, 3, 4, Eigen::RowMajor>;
 
 void require_memory_for(const PolygonMesh& surface, const Positions& points, int n_anchors) {
   constexpr double kBytesPerVertex = 1000;
@@ -51,6 +49,11 @@ WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int 
   if (!(size_ > 0)) size_ = 1;
   const auto in_frame = [&](const Positions& places) { return Positions((places.rowwise() - center_) / size_); };
   rest_ = in_frame(points);
+  single_rest_.reserve(4 * static_cast<size_t>(rest_.rows()));
+  for (Eigen::Index p = 0; p < rest_.rows(); ++p) {
+    for (int i = 0; i < 3; ++i) single_rest_.push_back(static_cast<float>(rest_(p, i)));
+    single_rest_.push_back(1);
+  }
   const Positions places = in_frame(surface.positions());
   const int threads = workers_.threads();
   const SurfaceLevels levels(surface, places, threads);
@@ -116,35 +119,33 @@ WrapPoints::Frame WrapPoints::frame_of(const Positions& moved) const {
   constexpr double kLeastScale = 1e-6;
   if (used_square_ > 0) frame.scale = frame.rotation.cwiseProduct(sums.products).sum() / used_square_;
   if (!(frame.scale >= kLeastScale)) frame.scale = 1;
-  frame.displacements.resize(n, 3);
+  frame.rest_unit = 1 / frame.scale;
+  frame.displacements = AlignedBuffer<double>(4 * static_cast<size_t>(n));
+  const auto displacement = [&](int k) {
+    return Eigen::Vector4d::Map(&frame.displacements[4 * static_cast<size_t>(k)]);
+  };
   const Matrix3 back = frame.rotation.transpose() / frame.scale;
   const double largest = parallel_reduce(
       workers_, n, 0.,
       [&](int begin, int end) {
+        double longest = 0;
         for (int k = begin; k < end; ++k) {
           const Vector3 place = back * (places.row(k).transpose() - to) + used_mean_;
           places.row(k) = place.transpose();
-          frame.displacements.row(k) = place.transpose() - used_rest_.row(k);
+          displacement(k) << place - used_rest_.row(k).transpose(), 0;
+          longest = std::max(longest, displacement(k).cwiseAbs().maxCoeff());
         }
-        return frame.displacements.middleRows(begin, end - begin).cwiseAbs().maxCoeff();
+        return longest;
       },
       [](double a, double b) { return std::max(a, b); });
   // Far beyond what single precision can hold.
   constexpr double kLargest = 1e12;
   if (largest > kLargest) frame.unit = largest / kLargest;
-  if (frame.unit > 1) frame.displacements /= frame.unit;
+  if (frame.unit > 1)
+    for (int k = 0; k < n; ++k) displacement(k) /= frame.unit;
   frame.shift = size_ * (to - frame.scale * (frame.rotation * used_mean_)) + middle.transpose();
   frame.scale *= size_;
   return frame;
-}
-
-Vector3 WrapPoints::carried(int p, const float* maps, double unit) const {
-  Motion sums = Motion::Zero();
-  for (int k = offsets_[p]; k < offsets_[p + 1]; ++k)
-    sums += weights_[k].weight * Motion::Map(maps + static_cast<size_t>(weights_[k].anchor) * AnchorMaps::kNumbers);
-  const Vector3 place = rest_.row(p).transpose();
-  const Eigen::Matrix<double, 3, 4> motion = sums.cast<double>();
-  return place + unit * (motion.leftCols<3>() * place + motion.col(3));
 }
 
 void WrapPoints::set_pieces(const Positions& points, const std::vector<int>& piece_of_point) {

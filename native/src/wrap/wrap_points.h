@@ -2,11 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "arap/mesh.h"
 #include "arap/types.h"
 #include "base/aligned_buffer.h"
+#include "kernels/kernels.h"
 #include "parallel/meter.h"
 #include "parallel/parallel.h"
 #include "parallel/workers.h"
@@ -35,12 +38,16 @@ class WrapPoints {
   template <class Put>
   void deform(const Positions& moved, const Put& put) const {
     const Frame frame = frame_of(moved);
-    AlignedBuffer<float> maps(static_cast<size_t>(maps_.size()) * AnchorMaps::kNumbers);
-    maps_.find(frame.displacements, workers_, maps);
+    const WrapKernels& own = kernels(isa_).wrap;
+    AlignedBuffer<float> maps(maps_.n_numbers());
+    maps_.find(own, frame.displacements, workers_, maps);
     Positions bent(in_pieces_.size(), 3);
-    parallel_for(workers_, size(), [&](int begin, int end) {
+    parallel_for<kRange>(workers_, size(), [&](int begin, int end) {
+      Moves moves;
+      own.move_points(offsets_.data(), weights_.data(), maps.data(), single_rest_.data(), moves.data(), begin, end);
       for (int p = begin; p < end; ++p) {
-        const Vector3 bent_place = sides_.keep(p, carried(p, maps.data(), frame.unit),
+        const Vector3 move = Eigen::Vector3f::Map(&moves[4 * static_cast<size_t>(p - begin)]).template cast<double>();
+        const Vector3 bent_place = sides_.keep(p, rest_.row(p).transpose() + frame.unit * move, frame.rest_unit,
                                                [&](int k) { return Vector3(frame.places.row(k).transpose()); });
         const Vector3 place = frame.leave(bent_place);
         if (place_in_pieces_.empty() || place_in_pieces_[p] < 0)
@@ -53,26 +60,25 @@ class WrapPoints {
   }
 
  private:
+  static constexpr int kRange = 512;  ///< of points
+  using Moves = std::array<float, size_t{4} * kRange>;
+
   /// A pose of the surface, seen from where its best fitting similarity leaves everything at rest.
   struct Frame {
     Matrix3 rotation;
     double scale = 1;
     Vector3 shift;
-    double unit = 1;          ///< of the displacements: what single precision can hold
-    Positions displacements;  ///< of used_
-    Positions places;         ///< of used_
+    double rest_unit = 1;                 ///< of lengths at rest
+    double unit = 1;                      ///< of the displacements: what single precision can hold
+    AlignedBuffer<double> displacements;  ///< (n, 4) of used_, the last number 0
+    Positions places;                     ///< of used_
 
     [[nodiscard]] Vector3 leave(const Vector3& place) const { return scale * (rotation * place) + shift; }
-  };
-  struct Weight {
-    int anchor;
-    float weight;
   };
 
   /// @return  the anchors that the weights name
   std::vector<AnchorMaps::Node> set_weights(const SurfaceLevels& levels, const std::vector<AnchorLists>& lists);
   [[nodiscard]] Frame frame_of(const Positions& moved) const;
-  [[nodiscard]] Vector3 carried(int p, const float* maps, double unit) const;
   void set_pieces(const Positions& points, const std::vector<int>& piece_of_point);
   struct Rigid {
     Matrix3 rotation;
@@ -101,15 +107,17 @@ class WrapPoints {
   Workers workers_;
   Eigen::RowVector3d center_;  ///< of the surface
   double size_;
-  Positions rest_;         ///< (n, 3) of the points: centred, the surface of diagonal 1
-  std::vector<int> used_;  ///< vertices of the surface
+  Isa isa_ = choose_isa();
+  Positions rest_;                  ///< (n, 3) of the points: centred, the surface of diagonal 1
+  std::vector<float> single_rest_;  ///< (n, 4) the same, and 1
+  std::vector<int> used_;           ///< vertices of the surface
   AnchorMaps maps_;
   SurfaceSides sides_;
   Positions used_rest_;  ///< (n, 3) of used_
   Vector3 used_mean_;
   double used_square_ = 0;    ///< sum of the squared distances from there
   std::vector<int> offsets_;  ///< of each point, in weights_
-  std::vector<Weight> weights_;
+  std::vector<AnchorWeight> weights_;
   std::vector<int> in_pieces_;         ///< points of pieces, those of a piece one after the other
   std::vector<int> piece_offsets_{0};  ///< of each piece, in in_pieces_
   std::vector<int> place_in_pieces_;   ///< of each point, in in_pieces_, or -1; empty without pieces

@@ -76,6 +76,20 @@ TEST(SurfaceSides, ASleeveStaysOutsideOfABentLimb) {
   EXPECT_GT(n_inside(mesh, posed, WrapDeformation(mesh.mesh(), sleeve(mesh, .003), without).deform(posed)), 20);
 }
 
+TEST(SurfaceSides, WhatIsOnAPartThatStaysKeepsItsDistance) {
+  const MeshData mesh = limb();
+  const Positions points = sleeve(mesh, .003);
+  const Positions now = WrapDeformation(mesh.mesh(), points).deform(bent_limb(mesh, 120));
+  const double held = mesh.positions().col(2).mean() - 2.2;
+  int n_held = 0;
+  for (Eigen::Index k = 0; k < points.rows(); ++k) {
+    if (points(k, 2) > held) continue;
+    ++n_held;
+    EXPECT_LT((now.row(k) - points.row(k)).norm(), 1e-5);
+  }
+  EXPECT_GT(n_held, 100);
+}
+
 TEST(SurfaceSides, WhatIsInsideStaysInside) {
   const MeshData mesh = limb();
   const Positions posed = bent_limb(mesh, 90);

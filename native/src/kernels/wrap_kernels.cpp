@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Compiled once per instruction set, in the namespace ARAP_ISA_NAMESPACE.
+#include "kernels/wrap_kernels.h"
+
+#include "kernels/lanes.h"
+
+namespace arap {
+namespace {
+
+using Numbers = Lanes<float>;
+constexpr int kCount = kLaneCount<float>;
+using Row = Vector<float, 4>;
+
+/// Fourth powers of it are numbers.
+constexpr float kLargest = 1e8F;
+
+/// Of the squared growth of an area.
+constexpr float kLeastGrowth = 1e-24F;
+
+[[gnu::always_inline]] inline Numbers limited(const Numbers& x) {
+  const Numbers low = x < -kLargest ? broadcast<float>(-kLargest) : x;
+  return low > kLargest ? broadcast<float>(kLargest) : low;
+}
+
+[[gnu::always_inline]] inline Numbers dot(const Three<float>& a, const Three<float>& b) {
+  return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]);
+}
+
+[[gnu::always_inline]] inline Three<float> cross(const Three<float>& a, const Three<float>& b) {
+  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
+
+/// Rows of matrices, one in each lane.
+struct Rows {
+  Three<float> v[3];  // NOLINT
+  [[gnu::always_inline]] Three<float> times(const Three<float>& x) const {
+    return {{dot(v[0], x), dot(v[1], x), dot(v[2], x)}};
+  }
+};
+
+/// The rows of D, seen from an anchor, and its displacement.
+[[gnu::always_inline]] inline void measure(const AnchorsView& anchors, const double* displacements, int anchor,
+                                           float* rows) {
+  const Vector<double, 4> here = load<double, 4>(displacements + std::ptrdiff_t{4} * anchors.vertices[anchor]);
+  Row x{};
+  Row y{};
+  Row z{};
+  for (std::ptrdiff_t k = anchors.offsets[anchor]; k < anchors.offsets[anchor + 1]; ++k) {
+    const Vector<double, 4> next = load<double, 4>(displacements + std::ptrdiff_t{4} * anchors.neighbours[k]);
+    const Row change = __builtin_convertvector(next - here, Row);
+    const Row gradient = load<float, 4>(anchors.gradients + 4 * k);
+    x += spread<4, 0>(change) * gradient;
+    y += spread<4, 1>(change) * gradient;
+    z += spread<4, 2>(change) * gradient;
+  }
+  store<float, 4>(rows, x);
+  store<float, 4>(rows + 4, y);
+  store<float, 4>(rows + 8, z);
+  store<float, 4>(rows + 12, __builtin_convertvector(here, Row));
+}
+
+/// Three of four components of row i of each anchor.
+[[gnu::always_inline]] inline Three<float> three(const float* rows, int i) {
+  const Four<float> all = components<float>([&](int k) __attribute__((always_inline)) {
+    return load<float, 4>(rows + std::ptrdiff_t{kMapNumbers} * k + 4 * i);
+  });
+  return {{all[0], all[1], all[2]}};
+}
+
+/// Adds what brings the normal n = u x v to the new one, over the root of the area's growth g: (n + c) / sqrt(g) - n,
+/// with n + c = (u + D u) x (v + D v). Of c alone, so where nothing changes it is 0 to the last digit.
+[[gnu::always_inline]] inline void add_change_of_normal(const Three<float>& u, const Three<float>& v, Rows& D) {
+  const Three<float> n = cross(u, v);
+  const Three<float> du = D.times(u);
+  const Three<float> dv = D.times(v);
+  const Three<float> first = cross(u, dv);
+  const Three<float> second = cross(du, v);
+  const Three<float> third = cross(du, dv);
+  Three<float> c{};
+  Three<float> sum{};
+  for (int i = 0; i < 3; ++i) {
+    c[i] = first[i] + second[i] + third[i];
+    sum[i] = 2 * n[i] + c[i];
+  }
+  const Numbers squared = 1 + dot(sum, c);
+  const Numbers growth = squared > kLeastGrowth ? squared : broadcast<float>(kLeastGrowth);
+  const Numbers per_root = 1 / square_root<float>(square_root<float>(growth));
+  for (int i = 0; i < 3; ++i) {
+    const Numbers w = per_root * c[i] + (per_root - 1) * n[i];
+    for (int k = 0; k < 3; ++k) D.v[i][k] += w * n[k];
+  }
+}
+
+/// @param frames  of the anchors' block, at the first of them
+/// @param maps    takes the maps in place of what measure() wrote
+[[gnu::always_inline]] inline void complete(const float* frames, float* maps) {
+  const auto vector = [&](int first) __attribute__((always_inline)) {
+    return Three<float>{{load<float, kCount>(frames + std::ptrdiff_t{kAnchorBlock} * first),
+                         load<float, kCount>(frames + std::ptrdiff_t{kAnchorBlock} * (first + 1)),
+                         load<float, kCount>(frames + std::ptrdiff_t{kAnchorBlock} * (first + 2))}};
+  };
+  Rows D{{three(maps, 0), three(maps, 1), three(maps, 2)}};
+  const Three<float> here = three(maps, 3);
+  for (Three<float>& row : D.v)
+    for (Numbers& number : row.v) number = limited(number);
+  add_change_of_normal(vector(0), vector(3), D);
+  const Three<float> of_place = D.times(vector(6));
+  for (int i = 0; i < 3; ++i) {
+    const Four<float> row{{D.v[i][0], D.v[i][1], D.v[i][2], here[i] - of_place[i]}};
+    for_each_row<float>(
+        row, [&](int k, Row values) __attribute__((always_inline)) {
+          store<float, 4>(maps + std::ptrdiff_t{kMapNumbers} * k + 4 * i, values);
+        });
+  }
+}
+
+void find_maps(const AnchorsView& anchors, const double* displacements, float* maps, int begin, int end) {
+  for (std::ptrdiff_t block = begin; block < end; ++block) {
+    const std::ptrdiff_t first = block * kAnchorBlock;
+    for (int k = 0; k < kAnchorBlock; ++k)
+      measure(anchors, displacements, static_cast<int>(first) + k, maps + (first + k) * kMapNumbers);
+    for (int k = 0; k < kAnchorBlock; k += kCount)
+      complete(anchors.frames + block * 9 * kAnchorBlock + k, maps + (first + k) * kMapNumbers);
+  }
+}
+
+void move_points(const int* offsets, const AnchorWeight* weights, const float* maps, const float* points, float* moves,
+                 int begin, int end) {
+  constexpr int kVectors = (12 + kCount - 1) / kCount;  // that hold the rows
+  for (std::ptrdiff_t p = begin; p < end; ++p) {
+    Numbers sums[kVectors]{};  // NOLINT: no std::array here, see simd.h
+    for (std::ptrdiff_t k = offsets[p]; k < offsets[p + 1]; ++k) {
+      const float* map = maps + std::ptrdiff_t{kMapNumbers} * weights[k].anchor;
+      for (int i = 0; i < kVectors; ++i) sums[i] += weights[k].weight * load<float, kCount>(map + i * kCount);
+    }
+    const Numbers point = repeat_four<kCount>(points + 4 * p);
+    float products[kVectors * kCount];  // NOLINT
+    for (int i = 0; i < kVectors; ++i) store<float, kCount>(products + i * kCount, sums[i] * point);
+    float* move = moves + 4 * (p - begin);
+    for (int i = 0; i < 3; ++i)
+      move[i] = (products[4 * i] + products[4 * i + 1]) + (products[4 * i + 2] + products[4 * i + 3]);
+  }
+}
+
+}  // namespace
+
+namespace ARAP_ISA_NAMESPACE {
+
+WrapKernels wrap_kernels();  // declared again in kernels.cpp
+WrapKernels wrap_kernels() { return {find_maps, move_points}; }
+
+}  // namespace ARAP_ISA_NAMESPACE
+}  // namespace arap
