@@ -16,6 +16,7 @@ from measure.base.contender import Floats, Ints, PosedTask
 from .ours import OPTIONS, arrays
 from .steps import motion_of_moved
 
+AS_NEAR = 1 + 1e-9
 CHUNK = 1 << 22  # distances at a time
 
 
@@ -57,12 +58,15 @@ def groups(task: PosedTask, coarse: Floats) -> tuple[Ints, Ints]:
 
 
 def nearest_of(places: Floats, points: Floats) -> tuple[Ints, Floats]:
-    """For each point (k, 3) the index of the nearest place (c, 3), and its distance."""
+    """For each point (k, 3) the indices of the nearest places (c, 3), one after the other, and their distances.
+
+    Where several are as near but for rounding, all: so what is symmetric stays so.
+    """
     rows = max(1, CHUNK // len(places))
     found: list[Any] = []
     for first in range(0, len(points), rows):
         away = np.linalg.norm(points[first : first + rows, None] - places, axis=2)
-        best = away.argmin(axis=1)
-        found.append((best, away[np.arange(len(best)), best]))
+        point, place = np.nonzero(away <= AS_NEAR * away.min(axis=1, keepdims=True))
+        found.append((place, away[point, place]))
     indices, distances = (np.concatenate(column) for column in zip(*found, strict=True))
     return indices, distances

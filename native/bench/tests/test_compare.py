@@ -14,7 +14,7 @@ from measure.inputs.poses import PULL_RADIUS, X, Z, bar_twist, pull, turned
 from measure.pages.compare import PICTURE_MODELS, PICTURE_TASKS, task_table
 from measure.runs import compare, contenders, dirty, sizes
 from measure.runs.compare import chosen
-from measure.runs.contenders import Entry, Library, entries
+from measure.runs.contenders import Entry, Library, Reached, entries
 from measure.runs.dirty import KINDS, dirty_task, measure_dirty
 from measure.runs.posed import posed_task
 from measure.runs.quality import file_name
@@ -117,6 +117,14 @@ def test_a_library_that_is_not_there_says_why_and_is_not_set_up_unasked():
     assert [entry.name for entry in entries(["solid"])] == ["solid"]
     with pytest.raises(ValueError, match=r"^no model is named liquid\. The names are surface, rotation nodes;"):
         list(entries(["liquid"]))
+
+
+def test_a_finer_mesh_is_left_out_if_the_task_itself_took_long():
+    def after(set_up_s):
+        return Reached(np.zeros((1, 3)), {"set_up_s": set_up_s, "step_s": [1.0, 1.0]})
+
+    assert compare.may_be_finer(after(3.0))
+    assert not compare.may_be_finer(after(3.1))
 
 
 def test_a_run_keeps_the_rows_of_models_and_why_others_have_none(tmp_path, monkeypatch):

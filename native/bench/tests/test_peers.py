@@ -101,6 +101,15 @@ def test_a_coarse_mesh_is_held_and_moved_next_to_what_is(task):
     np.testing.assert_allclose(carrier.pose(1)[far], (box - 0.1)[far] @ TURN.T + SHIFT, atol=1e-6)
 
 
+def test_coarse_vertices_that_are_as_near_are_chosen_together(task):
+    places = np.array([[0.0, 0.0, 0.1], [1.0, 0.0, 0.0], [0.0, 0.0, -0.1 * (1 + 1e-15)], [0.0, 0.0, 0.2]])
+    vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1]])
+    own = np.arange(2, dtype=np.int32)
+    one = task._replace(positions=vertices, held=own[:1], moved=own[1:])
+    held, moved = groups(one, places)
+    assert (held.tolist(), moved.tolist()) == ([0, 2], [1])
+
+
 def test_what_is_printed_below_python_is_read():
     with Printed() as printed:
         os.write(1, b"Exception: first\nall well\nException:  too thin \n")
