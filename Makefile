@@ -3,7 +3,7 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs compare performance wheel api zip zips lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs bench-followers compare performance wheel api zip zips lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
@@ -15,6 +15,7 @@ help:
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
 	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
 	@echo "make bench-limbs    twisted and bent limbs, a surface beside a solid; build/bench/limbs.json"
+	@echo "make bench-followers  what is worn goes along, beside Blender's Surface Deform; build/bench/followers.json"
 	@echo "make compare        all models, ours and other libraries', on the same tasks; build/bench/compare.json"
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
 	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs"
@@ -45,7 +46,7 @@ attack:
 bench:
 	@.ci/bench $(OPTIONS)
 
-bench-peers bench-report bench-quality bench-limbs:
+bench-peers bench-report bench-quality bench-limbs bench-followers:
 	@.ci/bench-run $(@:bench-%=%) $(OPTIONS)
 
 compare:

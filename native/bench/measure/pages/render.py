@@ -3,19 +3,20 @@
 
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
-RESULTS_DIR holds results.json (native, frame, drag and overlay) and peers.json for performance.md, quality.json and
-limbs.json for quality.md, and compare.json and report.json for comparison.md and its tables. A section without results
-stays as it is.
+RESULTS_DIR holds results.json (native, frame, drag and overlay) and peers.json for performance.md, quality.json,
+limbs.json and followers.json for quality.md, and compare.json and report.json for comparison.md and its tables. A
+section without results stays as it is.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from . import compare, limbs, native, peers, plots, quality, report
+from . import compare, followers, limbs, native, peers, plots, quality, report
 from .markdown import joined, replace_section
 
 PICTURES = {
@@ -71,6 +72,15 @@ def limb_sections(folder: Path, images: Path) -> dict[str, str]:
     return limbs.sections(results) if results else {}
 
 
+def follower_sections(folder: Path, images: Path) -> dict[str, str]:
+    """The sections of quality.md about what is worn, with their picture."""
+    results = read_json(folder / "followers.json")
+    rows = followers.panels(results.get("worn", []), folder / "followers")
+    if rows:
+        plots.plot_panels(rows, images / followers.PICTURE)
+    return followers.sections(results) if results else {}
+
+
 def comparison_sections(folder: Path, images: Path) -> tuple[dict[str, str], dict[str, str]]:
     """The sections of comparison.md, with its pictures, and of comparison-tables.md."""
     results, of_report = (read_json(folder / f"{name}.json") for name in ("compare", "report"))
@@ -100,7 +110,8 @@ def main() -> None:
     images = docs / "images"
     images.mkdir(parents=True, exist_ok=True)
     write_sections(docs / "performance.md", performance(folder, images))
-    write_sections(docs / "quality.md", quality_sections(folder, images) | limb_sections(folder, images))
+    of_quality = (part(folder, images) for part in (quality_sections, limb_sections, follower_sections))
+    write_sections(docs / "quality.md", dict(chain.from_iterable(map(dict.items, of_quality))))
     comparison, tables = comparison_sections(folder, images)
     write_sections(docs / "comparison.md", comparison)
     write_sections(docs / "comparison-tables.md", tables)
