@@ -55,7 +55,7 @@ class Entries {
                             std::to_string(place_) + ", expected " + expected_);
     if (!std::is_same_v<T, int> || !PyLong_Check(entry.ptr())) return;
     int overflow = 0;
-    const long long value = PyLong_AsLongLongAndOverflow(entry.ptr(), &overflow);
+    const std::int64_t value = PyLong_AsLongLongAndOverflow(entry.ptr(), &overflow);
     if (overflow != 0 || !std::in_range<int>(value)) refuse_entry(py::str(entry), place_, name_);
   }
 

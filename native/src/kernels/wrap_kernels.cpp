@@ -33,7 +33,7 @@ constexpr float kLeastGrowth = 1e-24F;
 /// Rows of matrices, one in each lane.
 struct Rows {
   Three<float> v[3];  // NOLINT
-  [[gnu::always_inline]] Three<float> times(const Three<float>& x) const {
+  [[nodiscard, gnu::always_inline]] Three<float> times(const Three<float>& x) const {
     return {{dot(v[0], x), dot(v[1], x), dot(v[2], x)}};
   }
 };
@@ -62,7 +62,7 @@ struct Rows {
 /// Three of four components of row i of each anchor.
 [[gnu::always_inline]] inline Three<float> three(const float* rows, int i) {
   const Four<float> all = components<float>([&](int k) __attribute__((always_inline)) {
-    return load<float, 4>(rows + std::ptrdiff_t{kMapNumbers} * k + 4 * i);
+    return load<float, 4>(rows + std::ptrdiff_t{kMapNumbers} * k + std::ptrdiff_t{4} * i);
   });
   return {{all[0], all[1], all[2]}};
 }
@@ -109,7 +109,7 @@ struct Rows {
     const Four<float> row{{D.v[i][0], D.v[i][1], D.v[i][2], here[i] - of_place[i]}};
     for_each_row<float>(
         row, [&](int k, Row values) __attribute__((always_inline)) {
-          store<float, 4>(maps + std::ptrdiff_t{kMapNumbers} * k + 4 * i, values);
+          store<float, 4>(maps + std::ptrdiff_t{kMapNumbers} * k + std::ptrdiff_t{4} * i, values);
         });
   }
 }
@@ -131,14 +131,17 @@ void move_points(const int* offsets, const AnchorWeight* weights, const float* m
     Numbers sums[kVectors]{};  // NOLINT: no std::array here, see simd.h
     for (std::ptrdiff_t k = offsets[p]; k < offsets[p + 1]; ++k) {
       const float* map = maps + std::ptrdiff_t{kMapNumbers} * weights[k].anchor;
-      for (int i = 0; i < kVectors; ++i) sums[i] += weights[k].weight * load<float, kCount>(map + i * kCount);
+      for (int i = 0; i < kVectors; ++i)
+        sums[i] += weights[k].weight * load<float, kCount>(map + std::ptrdiff_t{kCount} * i);
     }
     const Numbers point = repeat_four<kCount>(points + 4 * p);
     float products[kVectors * kCount];  // NOLINT
-    for (int i = 0; i < kVectors; ++i) store<float, kCount>(products + i * kCount, sums[i] * point);
+    for (int i = 0; i < kVectors; ++i) store<float, kCount>(products + std::ptrdiff_t{kCount} * i, sums[i] * point);
     float* move = moves + 4 * (p - begin);
-    for (int i = 0; i < 3; ++i)
-      move[i] = (products[4 * i] + products[4 * i + 1]) + (products[4 * i + 2] + products[4 * i + 3]);
+    for (int i = 0; i < 3; ++i) {
+      const float* row = products + std::ptrdiff_t{4} * i;
+      move[i] = (row[0] + row[1]) + (row[2] + row[3]);
+    }
   }
 }
 
