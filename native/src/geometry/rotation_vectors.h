@@ -38,7 +38,7 @@ struct CosineAndSinc {
 [[nodiscard]] inline Matrix3 rotation_less_identity(const Vector3& turn) {
   constexpr double kSeries = 10;  // just above half a turn
   const double squared = turn.squaredNorm();
-  CosineAndSinc half;
+  CosineAndSinc half{};
   if (squared < kSeries) {
     half = cosine_and_sinc(squared / 4);
   } else {
