@@ -163,7 +163,7 @@ def main() -> int:
     parser.add_argument("--screenshots", required=True, type=Path, help="folder for the pictures")
     parser.add_argument("--only", default="", help="run the tests whose names contain this")
     parser.add_argument("--hang-limit", type=float, default=HANG_LIMIT_S, help="seconds, of each test")
-    parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench_*.py")
+    parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench/bench_*.py")
     parser.add_argument("--size", default=WINDOW, help="of the window, in pixels")
     parser.add_argument("--at-once", type=int, default=AT_ONCE, help="files at a time; 1 where time is measured")
     parser.add_argument("--alone", action="store_true", help="a Blender for each test: pictures show all that is kept")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a frame costs in a window: the sample creature at three sizes, a handle, the surface or a blend being dragged.
 
-tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --size 1280x800 --at-once 1
+run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench/bench_*.py" --size 1280x800 --at-once 1
 
 Each test writes drag-ACT-SIZE.json into the folder of the screenshots, for each of the vertex counts in
 ARAP_BENCH_SIZES (default: 10000 100000 1000000).

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a redraw with the overlay costs at 100,000 vertices: all of it on, with and without a change of the pose.
 
-tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --size 1280x800 --at-once 1
+run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench/bench_*.py" --size 1280x800 --at-once 1
 
 Writes overlay.json into the folder of the screenshots.
 """
