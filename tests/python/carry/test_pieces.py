@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Loose pieces of a follower, and which look rigid."""
+
+import numpy as np
+import pytest
+from arap_deform.core.carry.pieces import looks_rigid, loose_pieces
+from sample_meshes import Mesh, ball, joined, sheet, tube
+
+SIZE = 4.0  # of what carries
+
+
+def scaled(mesh: Mesh, *factors: float) -> Mesh:
+    return mesh._replace(positions=mesh.positions * np.array(factors))
+
+
+def test_pieces_are_what_edges_connect():
+    pieces = loose_pieces(5, np.array([[1, 3], [3, 4]], dtype=np.int32))
+    assert pieces.dtype == np.int32
+    assert (pieces == [0, 1, 2, 1, 1]).all()
+
+
+@pytest.mark.parametrize(
+    ("mesh", "expected"),
+    [
+        (joined(ball((0, 0, 0), 0.1), ball((1, 0, 0), 0.05)), True),
+        (scaled(ball((0, 0, 0), 0.2), 1.0, 1.0, 0.3), True),
+        (ball((0, 0, 0), 1.0), False),
+        (joined(ball((0, 0, 0), 0.1), scaled(sheet(4), 0.1, 0.1, 1.0)), False),
+        (scaled(tube(), 0.1, 0.1, 0.001), True),
+    ],
+    ids=["eyes", "a button", "too large", "a card beside an eye", "a coin"],
+)
+def test_small_closed_compact_pieces_look_rigid(mesh, expected):
+    assert looks_rigid(*mesh, SIZE) is expected
+
+
+def test_points_and_a_flat_closed_mesh_do_not():
+    assert not looks_rigid(np.zeros((3, 3)), np.zeros(0, np.int32), np.zeros(0, np.int32), SIZE)
+    flat = scaled(ball((0, 0, 0), 0.1), 1.0, 1.0, 0.0)
+    assert not looks_rigid(*flat, SIZE)
+
+
+def test_a_thin_ring_does_not():
+    """As a bracelet or belt of cloth: it is closed, and fills little of its box."""
+    angle = np.arange(24) * (2 * np.pi / 24)
+    around = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    corners = [0.3 * around, 0.3 * around + (0, 0, 0.1), 0.29 * around + (0, 0, 0.1), 0.29 * around]
+    positions = np.concatenate(corners)
+    side = np.arange(24)
+    quads = [
+        np.stack([24 * a + side, 24 * a + (side + 1) % 24, 24 * b + (side + 1) % 24, 24 * b + side], axis=1)
+        for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))
+    ]
+    faces = np.concatenate(quads).astype(np.int32)
+    assert not looks_rigid(positions, faces.ravel(), np.full(len(faces), 4, np.int32), SIZE)
