@@ -15,7 +15,6 @@ from ..core.arrays import Floats
 from ..core.session_data import Readout
 from ..core.session_input import Hold, difference, difference_of_scene
 from ..core.sessions import AnySession
-from ..props import hooks
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input, read_state
 from . import mesh
@@ -90,14 +89,17 @@ class Frame:
             result = mesh.solve_from_rest(session, matrices, **options)
         else:
             result = session.update(matrices, **options)
-        write_pose(self._obj, key, session, result)
+        write_pose(self._obj, key, session, result, is_frame=True)
         return result
 
 
-def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: AnySession, result: Readout) -> None:
-    """Writes the session's positions to the key, shows it, and keeps the readout for the panel."""
-    shape_keys.write(obj, key, session.positions)
+def write_pose(
+    obj: bpy.types.Object, key: bpy.types.ShapeKey, session: AnySession, result: Readout, *, is_frame: bool = False
+) -> None:
+    """Writes the session's positions to the key, shows it, and keeps the readout for the panel.
+
+    ``is_frame``: see hooks.key_written.
+    """
+    shape_keys.write(obj, key, session.positions, is_frame=is_frame)
     shape_keys.show(key)
     sessions.set_readout(obj.name, result)
-    for posed in hooks.posed:
-        posed(obj)

@@ -52,7 +52,10 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
     shape_keys.check_shown(obj, _live_key(obj))
     if not name:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
-    return shape_keys.new(obj, name, pose_key.shown_positions(obj, meshes.read_rest(obj)))
+    key = shape_keys.new(obj, name, pose_key.shown_positions(obj, meshes.read_rest(obj)))
+    obj.arap.baked_poses.add().name = key.name
+    shape_keys.tell_changed(obj)
+    return key
 
 
 def reset_pose(obj: bpy.types.Object) -> None:

@@ -32,5 +32,15 @@ pose_renamed: list[Callable[[bpy.types.Object, Any], None]] = []
 views_changed: list[Callable[[], None]] = []
 """The 3D views must be drawn again."""
 
-posed: list[Callable[[bpy.types.Object], None]] = []
-"""A frame of posing, Live or Pull, or a solve, has written the pose's shape key. Not called for a pose taken back."""
+key_written: list[Callable[[bpy.types.Object, bpy.types.ShapeKey, Any, bool], None]] = []
+"""A shape key of the add-on's has other coordinates: the mesh object, the key, and (n, 3) float32 of them, which are
+valid during the call. The last is whether it is a frame of a motion: then others may follow a little later."""
+
+keys_changed: list[Callable[[bpy.types.Object], None]] = []
+"""Shape keys of the add-on's have come or gone, or have other names or keyframes."""
+
+rest_changes: list[Callable[[bpy.types.Object, bpy.types.ShapeKey], None]] = []
+"""What the pose's key shows will be the rest shape of the mesh: the object and the key, as they are before."""
+
+follower_changed: list[Callable[[bpy.types.Object, Any], None]] = []
+"""A follower was switched on or off, or follows in another way: the mesh object and the ArapFollower."""

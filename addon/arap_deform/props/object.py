@@ -159,7 +159,7 @@ class ArapOverlay(bpy.types.PropertyGroup):
 
 
 class ArapMadeKey(bpy.types.PropertyGroup):
-    """A shape key that the add-on made for the pose."""
+    """A shape key that the add-on made."""
 
     name: StringProperty(name="Name", description="Name of the shape key")
 
@@ -337,6 +337,13 @@ class ArapObject(bpy.types.PropertyGroup):
         type=ArapMadeKey,
         name="Made Keys",
         description="Shape keys that the add-on made for the pose, not the user",
+        options={"HIDDEN"},
+    )
+
+    baked_poses: CollectionProperty(
+        type=ArapMadeKey,
+        name="Baked Poses",
+        description="Shape keys that are copies of the pose",
         options={"HIDDEN"},
     )
 

@@ -52,12 +52,12 @@ def show(obj: bpy.types.Object, prefix: str) -> None:
     """Notes that the keys of this bake show, and mutes those of one with another prefix: they would add to these."""
     settings = obj.arap
     former = settings.bake_prefix
-    if former == prefix:
-        return
-    _mute(obj)
-    if former and former not in settings.former_bakes:
-        settings.former_bakes.add().name = former
-    settings.bake_prefix = prefix
+    if former != prefix:
+        _mute(obj)
+        if former and former not in settings.former_bakes:
+            settings.former_bakes.add().name = former
+        settings.bake_prefix = prefix
+    shape_keys.tell_changed(obj)
 
 
 def _mute(obj: bpy.types.Object) -> None:
@@ -68,10 +68,14 @@ def _mute(obj: bpy.types.Object) -> None:
 
 def _remove_all(obj: bpy.types.Object) -> None:
     """Removes the keys of the last bake and of former ones."""
-    former = [name for bake in obj.arap.former_bakes if bake.name for name in shape_keys.frame_keys(obj, bake.name)]
-    for name in (*_names(obj), *former):
-        shape_keys.remove(obj, name)
+    shape_keys.remove(obj, *names_of_all(obj))
     obj.arap.former_bakes.clear()
+
+
+def names_of_all(obj: bpy.types.Object) -> list[str]:
+    """Names of the keys of the last bake and of former ones."""
+    former = [name for bake in obj.arap.former_bakes if bake.name for name in shape_keys.frame_keys(obj, bake.name)]
+    return [*_names(obj), *former]
 
 
 def _names(obj: bpy.types.Object) -> Iterator[str]:

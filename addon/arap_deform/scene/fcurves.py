@@ -80,8 +80,9 @@ def is_animated(data: bpy.types.ID, data_path: str) -> bool:
     return has_fcurve(data, data_path) or bool(data.animation_data and data.animation_data.drivers.find(data_path))
 
 
-def remove_fcurve(data: bpy.types.ID, data_path: str) -> None:
-    """Removes the F-curves of ``data_path``. In an NLA strip only if nothing else uses the strip's action."""
+def remove_animation(data: bpy.types.ID, data_path: str) -> None:
+    """Removes driver and F-curves of ``data_path``. In an NLA strip only if nothing else uses the strip's action."""
+    data.driver_remove(data_path)
     for fcurves in _all_fcurve_lists(data):
         fcurve = fcurves.find(data_path)
         action = fcurve.id_data if fcurve is not None else None

@@ -117,6 +117,7 @@ def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.S
 def _make(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
     key = shape_keys.add(obj, name)
     _mark(obj, key.name)
+    shape_keys.tell_changed(obj)
     return key
 
 
@@ -237,6 +238,7 @@ def adopt(obj: bpy.types.Object, name: str) -> None:
     """Makes the key of that name the live one, for the live session too."""
     _mark(obj, name)
     tell_session(obj)
+    shape_keys.tell_changed(obj)
 
 
 def tell_session(obj: bpy.types.Object) -> None:

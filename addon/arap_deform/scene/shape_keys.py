@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays to shape keys and their keyframes. Only this file writes coordinates."""
+"""Arrays to shape keys and their keyframes. Only this file writes coordinates, and it tells so: see props/hooks."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import bpy
 
 from ..core import naming
 from ..core.arrays import Float32s
+from ..props import hooks
 from . import fcurves, meshes, versions
 
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
@@ -112,7 +113,10 @@ def ensure_reference(obj: bpy.types.Object) -> None:
 
 
 def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
-    """A new key, relative to the rest shape, value 0. Blender may make the name unique."""
+    """A new key, relative to the rest shape, value 0. Blender may make the name unique.
+
+    When the caller has noted what the key is for, it calls tell_changed(). The same holds for add() and add_all().
+    """
     key = obj.shape_key_add(name=naming.cut(name), from_mix=False)
     key.value = 0.0  # 5.0 and later start at 1
     key.relative_key = obj.data.shape_keys.reference_key
@@ -134,17 +138,25 @@ def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> lis
             made.append(new(obj, name, shape).name)  # noqa: PERF401 - what is made so far must be known
     except BaseException:
         for key in made:
-            remove(obj, key)
+            _remove(obj, key)
         if not had_keys:
             remove_lone_reference(obj)
         raise
     return made
 
 
-def write(obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s) -> None:
-    """Writes (n, 3) contiguous float32 and has Blender show it."""
+def write(obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s, *, is_frame: bool = False) -> None:
+    """Writes (n, 3) contiguous float32 and has Blender show it. ``is_frame``: see hooks.key_written."""
     versions.write_key(key, positions)
     obj.data.update_tag()
+    for written in hooks.key_written:
+        written(obj, key, positions, is_frame)
+
+
+def tell_changed(obj: bpy.types.Object) -> None:
+    """Keys have come or gone, or have other names or keyframes: tells later rooms."""
+    for changed in hooks.keys_changed:
+        changed(obj)
 
 
 def show(key: bpy.types.ShapeKey) -> None:
@@ -154,17 +166,23 @@ def show(key: bpy.types.ShapeKey) -> None:
         key.value = 1.0
 
 
-def remove(obj: bpy.types.Object, name: str) -> None:
-    """Removes a key and its F-curve, if there is such a key."""
+def remove(obj: bpy.types.Object, *names: str) -> None:
+    """Removes keys with what animates them. Passes over those that are not there."""
+    for name in names:
+        _remove(obj, name)
+    tell_changed(obj)
+
+
+def _remove(obj: bpy.types.Object, name: str) -> None:
     key = find(obj, name)
     if key is not None:
-        fcurves.remove_fcurve(obj.data.shape_keys, value_path(key))
-        with _active_kept(obj):
+        fcurves.remove_animation(obj.data.shape_keys, value_path(key))
+        with active_kept(obj):
             obj.shape_key_remove(key)
 
 
 @contextmanager
-def _active_kept(obj: bpy.types.Object) -> Iterator[None]:
+def active_kept(obj: bpy.types.Object) -> Iterator[None]:
     """Keeps the active key, by name, while other keys come and go."""
     name = active_name(obj)
     try:
@@ -204,8 +222,10 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
 
     Args:
         pose: the live key.
-        shape: (n, 3) contiguous float32.
+        shape: (n, 3) contiguous float32, what it shows.
     """
+    for changes in hooks.rest_changes:
+        changes(obj, pose)
     keys = obj.data.shape_keys
     shift_of_pose = shape - versions.read_key(pose)
     shift = shape - versions.read_key(keys.reference_key)
@@ -218,6 +238,7 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     versions.write_key(keys.reference_key, shape)
     versions.write_positions(obj.data, shape)
     obj.data.update_tag()
+    tell_changed(obj)
 
 
 def _root_of(
@@ -250,12 +271,13 @@ def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
 def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: Iterable[Float32s]) -> list[str]:
     """One key for each frame. At its frame only this key shows, with value 1, and neighbours blend linearly.
 
-    Keys of an earlier bake with the same prefix are replaced.
+    Keys of an earlier bake with the same prefix are replaced. The caller calls tell_changed() at the end, see new().
     """
     made = add_all(obj, "arap_bake", shapes)
     active = active_name(obj)
     for name in list(frame_keys(obj, prefix)):
-        remove(obj, name)
+        _remove(obj, name)
+    tell_changed(obj)  # before new ones take their names
     keys = obj.data.shape_keys
     names = []
     for i, frame in enumerate(frames):

@@ -194,12 +194,17 @@ class LiveTest(SceneTest):
     def test_later_rooms_are_told_of_each_pose(self):
         obj = posable()
         told = []
-        hook = module("props.hooks").posed
-        hook.append(told.append)
-        self.addCleanup(hook.remove, told.append)
+
+        def written(obj, key, positions, is_frame):
+            self.assert_close(positions, key_positions(obj), 0.0)
+            told.append((obj, key.name, is_frame))
+
+        hook = module("props.hooks").key_written
+        hook.append(written)
+        self.addCleanup(hook.remove, written)
         self.api.solve(obj)
         module("follow.update").update_pose(obj)
-        self.assertEqual(told, [obj, obj])
+        self.assertEqual(told, [(obj, "ARAP", False), (obj, "ARAP", True)])
 
     def test_progress_grows_from_bind_to_end(self):
         obj = posable()
