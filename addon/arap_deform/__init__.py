@@ -20,7 +20,7 @@ bl_info = {
 
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
-    "props": ("pull", "preferences", "handles", "poses", "object"),
+    "props": ("pull", "preferences", "handles", "poses", "carry", "object"),
     "scene": ("remembered", "redraw"),
     "ui": ("panels", "edit_mode", "waiting"),
     "setup": (
@@ -38,6 +38,7 @@ MODULES = {
     "pose": ("undo", "starts", "operators"),
     "cages": ("operators",),
     "pull": ("tool", "operators", "draw"),
+    "carry": ("run", "operators", "panel"),
     "bake": ("operators", "panel"),
     "poses": ("library", "operators", "blend_operator", "panel"),
     "tab": ("pose_panel", "advanced_panel", "menus"),

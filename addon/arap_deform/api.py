@@ -21,6 +21,10 @@ What stays, what moves, what is stiff:
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
 - soften_group(): gives a vertex group a soft edge.
 
+What goes along:
+
+- carry_along(), stop_carrying(): clothes, hair and eyes follow a mesh however it is posed.
+
 A pose:
 
 - solve(): poses the mesh for the handles where they are now. begin_solve() does the same in steps.
@@ -57,6 +61,7 @@ Everything else in the add-on is free to change from one version to the next.
 from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
 from .cages.make import add_cage, make_cage
+from .carry.lists import carry_along, stop_carrying
 from .core.background import Cancelled
 from .follow.update import end_session, prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
@@ -89,6 +94,7 @@ __all__ = [
     "bake_pose",
     "begin_solve",
     "blend_poses",
+    "carry_along",
     "copy_handles",
     "delete_pose",
     "end_session",
@@ -104,6 +110,7 @@ __all__ = [
     "reset_pose",
     "soften_group",
     "solve",
+    "stop_carrying",
     "store_pose",
     "update_pose",
 ]

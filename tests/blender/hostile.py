@@ -94,6 +94,19 @@ def a_cage_of_nonsense(obj: bpy.types.Object) -> None:
         handle["cage_text"] = base64.b64encode(np.full(12, 1e300, "<f8").tobytes()).decode()
 
 
+def followers_of_nonsense(obj: bpy.types.Object) -> None:
+    """The mesh goes along with itself, an empty does, places are none, and the rest shapes are what may be removed."""
+    for target in (obj, obj.arap.handles[0].target, None):
+        follower = obj.arap.followers.add()
+        follower.target, follower.place = target, [NAN] * 16
+        raw(obj)["followers"][-1]["kind"] = 77
+    obj.arap.carried.body = obj
+    for name in ("Basis", "ARAP"):
+        twin = obj.arap.carried.twins.add()
+        twin.name = twin.key = name
+    write(obj, active_follower_index=-BIGGEST)
+
+
 def thousands_of_poses(obj: bpy.types.Object) -> None:
     """Lists so long that each redraw takes seconds, with motions that are none."""
     for i in range(1500):
@@ -132,6 +145,6 @@ def code(obj: bpy.types.Object) -> None:
 
 KINDS: tuple[Callable[[bpy.types.Object], None], ...] = (
     work_for_ever, numbers_that_are_none, choices_that_are_none, other_types, a_singular_place, a_handle_on_itself,
-    pull_pins_of_nonsense, a_cage_of_nonsense, thousands_of_poses, thousands_of_handles, the_rest_shape_as_the_pose,
-    code,
+    pull_pins_of_nonsense, a_cage_of_nonsense, followers_of_nonsense, thousands_of_poses, thousands_of_handles,
+    the_rest_shape_as_the_pose, code,
 )  # fmt: skip

@@ -20,6 +20,7 @@ from bpy.props import (
 
 from ..core.naming import NAME_BYTES
 from . import hooks
+from .carry import ArapCarried, ArapFollower
 from .handles import ArapHandle, ArapPin, ArapStiffness
 from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullRest
@@ -215,6 +216,14 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
     active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
+
+    followers: CollectionProperty(
+        type=ArapFollower, name="Followers", description="Objects that go along with the mesh: clothes, hair, eyes"
+    )
+    active_follower_index: IntProperty(name="Active Follower", min=0, description="The follower chosen in the list")
+    carried: PointerProperty(
+        type=ArapCarried, name="Carried", description="What is known of the mesh that this one goes along with"
+    )
 
     pull_pins: CollectionProperty(
         type=ArapPullPin, name="Pull Pins", description="Pieces that ARAP Pull holds", options={"HIDDEN"}

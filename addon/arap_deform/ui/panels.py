@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the sub-panels share.
 
-Sub-panels by ``bl_order``: Pose (without a header) 0, Handle or Pin 10, Bake 20, Poses 30, Stiffness 40, Display 80,
-Advanced 90. All but the first are closed.
+Sub-panels by ``bl_order``: Pose (without a header) 0, Handle or Pin 10, Bake 20, Poses 30, Carry Along 35,
+Stiffness 40, Display 80, Advanced 90. All but the first are closed.
 """
 
 from __future__ import annotations

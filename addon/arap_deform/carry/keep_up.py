@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes, writes and removes the twins of one follower. What goes wrong is told in the list; the body goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core import native
+from ..core.arrays import Float32s
+from ..follow.act import print_fault
+from ..scene import meshes, shape_keys, versions
+from ..scene.console import say
+from . import late, problems, twins, wraps
+
+if TYPE_CHECKING:
+    from ..props.carry import ArapFollower
+
+_busy: set[str] = set()
+"""Names of the followers that are written now: those of a damaged file may go along in a circle."""
+
+
+def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
+    """Why an entry of the list does not go along now, '' if it does."""
+    problem = problems.problem_of(body, follower)
+    return problem or late.faults.get(follower.target.name, "")
+
+
+def guarded(body: bpy.types.Object, follower: ArapFollower, act: Callable[[], object]) -> None:
+    """Calls ``act`` for a follower that can work. Does not raise: nothing of a follower may stop its body."""
+    name = follower.target.name if follower.target is not None else ""
+    if not name or name in _busy:
+        return
+    _busy.add(name)
+    try:
+        fault = problems.problem_of(body, follower)
+        if fault:
+            late.add(name, twins.names_of(body))
+            _say(name, fault)
+        else:
+            late.faults.pop(name, None)
+            act()
+    except native.ERRORS as error:
+        late.faults[name] = native.sentence_of(error)
+        _say(name, late.faults[name])
+    except Exception as error:  # noqa: BLE001 - as the text says
+        late.faults[name] = f"'{name}' does not go along because of a fault in the add-on: {error}"
+        print_fault(error)
+    finally:
+        _busy.discard(name)
+
+
+def _say(name: str, text: str) -> None:
+    """Says once what is wrong, where there is no list to look at."""
+    if bpy.app.background and late.told.get(name) != text:
+        late.told[name] = text
+        say(f"ARAP: {text}")
+
+
+def keep_up(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool = False) -> None:
+    """Makes and removes twins, and writes those that are late.
+
+    Args:
+        may_wait: what must be bound first stays late.
+
+    Raises:
+        As write().
+    """
+    target = follower.target
+    names = twins.names_of(body) if follower.is_enabled else []
+    twins.keep_only(target, names)
+    noted = late.add(target.name, [name for name in names if twins.find(target, name) is None])
+    if not may_wait and wraps.is_bound(target.name):
+        wraps.suspect(target.name)
+        if wraps.get(body, follower) is None:
+            noted.update(names)
+    late.done(target.name, noted.difference(names))
+    twins.tie(body, target)
+    for name in [name for name in names if name in noted]:
+        positions = versions.read_key(shape_keys.find(body, name))
+        write(body, follower, name, positions, may_wait=may_wait)
+    late.done(target.name, ())
+
+
+def write(
+    body: bpy.types.Object, follower: ArapFollower, name: str, positions: Float32s, *, may_wait: bool = False
+) -> None:
+    """Writes the twin of the body's key of that name, which is made if there is none.
+
+    Args:
+        positions: (m, 3) float32 of the body's key.
+        may_wait: if the follower must be bound first, the twin stays late.
+
+    Raises:
+        ValueError: there is no reference key any more, or as wraps.bound().
+    """
+    target = follower.target
+    if target.data.shape_keys is None:  # made now, it could be missing after an undo
+        raise ValueError(f"'{target.name}' has lost its shape keys: press Carry Along again")
+    twin, shape = twins.find(target, name), _shape(body, follower, positions, may_wait=may_wait)
+    if twin is None:
+        twins.make(body, target, name, meshes.read_rest(target) if shape is None else shape)
+    elif shape is not None and (may_wait or not np.array_equal(shape, versions.read_key(twin))):
+        shape_keys.write(target, twin, shape, is_frame=may_wait)
+    if shape is None:
+        late.add(target.name, [name])
+    else:
+        late.done(target.name, [name])
+
+
+def _shape(body: bpy.types.Object, follower: ArapFollower, positions: Float32s, *, may_wait: bool) -> Float32s | None:
+    """(n, 3) float32 of the follower for ``positions`` of its body; None if it must be bound first."""
+    wrap = wraps.get(body, follower, may_look=not may_wait)
+    if wrap is None and np.array_equal(positions, meshes.read_rest(body)):
+        return meshes.read_rest(follower.target)
+    if wrap is None and may_wait:
+        return None
+    return wraps.bound(body, follower).carried(positions)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What could go along with a mesh: its children, and what is near it."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..core.arrays import Floats
+from ..core.loose.near import Cells
+from ..core.transforms import transformed
+from ..scene import handle_motion, meshes
+
+NEAR = 0.05  # from a vertex of the mesh, as a fraction of the mesh's size
+LARGEST = 1.2  # size of what goes along, in sizes of the mesh: a floor does not
+MOST_SAMPLES = 200  # vertices of an object that are looked at
+
+
+def find_near(body: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
+    """Visible meshes that are children of the body, or of which the larger part is near it, at rest.
+
+    Those that go along already, handles, and what is posed itself are left out.
+    """
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    points = transformed(handle_motion.object_matrix(body, depsgraph), meshes.read_rest(body).astype(np.float64))
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    cells = Cells(points, NEAR * size)
+    moving = {handle.target for handle in body.arap.handles}
+    return [
+        other
+        for other in view_layer.objects
+        if other not in moving
+        and _may_go_along(body, other)
+        and (_is_below(body, other) or _is_near(cells, size, _sampled(other, depsgraph)))
+    ]
+
+
+def _may_go_along(body: bpy.types.Object, other: bpy.types.Object) -> bool:
+    if other.type != "MESH" or other == body or other.library is not None or not other.visible_get():
+        return False
+    settings = other.arap
+    is_own = settings.carried.body is None and not (settings.handles or settings.pins or settings.followers)
+    return is_own and len(other.data.vertices) > 0 and not other.data.is_editmode
+
+
+def _is_below(body: bpy.types.Object, other: bpy.types.Object) -> bool:
+    above = other.parent
+    while above is not None and above != body:
+        above = above.parent
+    return above is not None
+
+
+def _sampled(other: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
+    """(k, 3) vertices in the world, evenly by number, with the corners of the box last."""
+    points = meshes.read_rest(other).astype(np.float64)
+    chosen = points[:: -(-len(points) // MOST_SAMPLES)]
+    corners = np.stack([points.min(axis=0), points.max(axis=0)])
+    return transformed(meshes.read_matrix(other, depsgraph), np.concatenate([chosen, corners]))
+
+
+def _is_near(cells: Cells, size: float, samples: Floats) -> bool:
+    if np.linalg.norm(samples[-1] - samples[-2]) > LARGEST * size:
+        return False
+    samples = samples[:-2]
+    rows, _, _ = cells.pairs(samples)
+    return 2 * len(np.unique(rows)) > len(samples)

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why an object cannot go along with a mesh, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..scene import meshes, shape_keys
+
+if TYPE_CHECKING:
+    from ..props.carry import ArapFollower
+
+# What the artist can do instead, by the type of the object.
+OTHER_TYPES = {
+    "CURVE": "convert the curve to a mesh first (Object > Convert)",
+    "CURVES": "hair curves follow the surface that they grow on by themselves (Deform Curves on Surface)",
+}
+
+
+def entry_of(body: bpy.types.Object, target: bpy.types.Object) -> ArapFollower | None:
+    """The entry of an object in the body's list, None if there is none."""
+    return next((follower for follower in body.arap.followers if follower.target == target), None)
+
+
+def check_new(body: bpy.types.Object, target: bpy.types.Object) -> None:
+    """Raises ValueError if an object cannot be added to the followers of a mesh, and says what to do."""
+    whose = f"'{target.name}' cannot go along with '{body.name}'"
+    if target == body:
+        raise ValueError(f"{whose}: it is the mesh itself")
+    if target.type != "MESH":
+        other = OTHER_TYPES.get(target.type, "it is not a mesh")
+        raise ValueError(f"{whose}: {other}")
+    if target.name not in bpy.context.view_layer.objects:
+        raise ValueError(f"{whose}: it is not in this view layer, so its place is not known")
+    if _is_handle(body, target):
+        raise ValueError(f"{whose}: it is one of its handles")
+    owner = target.arap.carried.body
+    if owner not in {None, body} and entry_of(owner, target) is not None and owner.users_scene:
+        raise ValueError(f"{whose}: it goes along with '{owner.name}' already; remove it from the list there first")
+    if target in above(body):
+        raise ValueError(f"{whose}, which goes along with it: that would be a circle")
+    check(target)
+
+
+def check(target: bpy.types.Object) -> None:
+    """Raises ValueError if the shape keys of a mesh object cannot be written now."""
+    if target.data.is_editmode or target.mode in {"EDIT", "SCULPT"}:
+        mode = "Sculpt Mode" if target.mode == "SCULPT" else "Edit Mode"
+        raise ValueError(f"'{target.name}' is in {mode}: it goes along again in Object Mode")
+    if not len(target.data.vertices):
+        raise ValueError(f"'{target.name}' has no vertices: there is nothing to go along")
+    shape_keys.check_writable(target)
+
+
+def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
+    """Why an entry of the list cannot work now, one sentence; '' if it can. Quick, as it is asked at each redraw."""
+    target = follower.target
+    # To look at the scenes takes long in a large file, and what is visible is in one.
+    if target is None or not (target.visible_get() or target.users_scene):
+        whose = f"'{target.name}'" if target is not None else "The object"
+        return f"{whose} is in no scene: bring it back, or remove it from the list"
+    if target.type != "MESH" or target == body or _is_handle(body, target):
+        return f"'{target.name}' cannot go along: remove it from the list"
+    owner = target.arap.carried.body
+    if owner != body:
+        with_whom = f"with '{owner.name}'" if owner is not None else "with nothing"
+        return f"'{target.name}' goes along {with_whom}: press Carry Along, or remove it from this list"
+    if target in above(body):
+        return f"'{target.name}' and '{body.name}' go along with each other: remove one of them"
+    try:
+        meshes.check_local(body)
+        check(target)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _is_handle(body: bpy.types.Object, target: bpy.types.Object) -> bool:
+    """A cage that went along would be moved by what it moves."""
+    return any(handle.target == target for handle in body.arap.handles)
+
+
+def above(obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """The mesh that the object goes along with, the one with which that does, and so on. A circle ends."""
+    found: list[bpy.types.Object] = []
+    body = obj.arap.carried.body
+    while body is not None and body not in found:
+        found.append(body)
+        body = body.arap.carried.body
+    return found

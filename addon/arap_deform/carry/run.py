@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Followers go along however the shape keys of their body come to be: see props/hooks and scene/shape_keys.
+
+Whatever writes a key waits for the followers. Only the frames of a motion do not: a follower that must be bound first,
+or that nobody sees, is late then, and a timer catches up.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from ..core.arrays import Float32s, Floats
+from ..follow.scene import is_rendering
+from ..props import hooks
+from ..scene import meshes, pose_key, redraw, shape_keys, versions
+from . import late, problems, twins, wraps
+from .keep_up import guarded, keep_up, write
+
+if TYPE_CHECKING:
+    from ..props.carry import ArapFollower
+
+TIMER_S = 0.05
+REST_S = 0.3  # followers that nobody sees are written when the bodies have not moved for this time
+EDITING = {"EDIT", "SCULPT"}
+
+_moved_at = 0.0  # when a body moved last
+
+
+def look_again(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool) -> None:
+    """Brings a new follower up to date, or one that has changed. ``may_wait``: it is bound in the background."""
+    if follower.target is None or follower.target.arap.carried.body != body:
+        return
+    _suspect(body, follower)
+    guarded(body, follower, partial(keep_up, body, follower, may_wait=may_wait))
+    _wake()
+
+
+def forget(name: str) -> None:
+    """The object of that name follows nothing any more."""
+    wraps.forget(name)
+    late.keys.pop(name, None)
+    late.faults.pop(name, None)
+
+
+def _on_key_written(body: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s, is_frame: bool) -> None:
+    global _moved_at  # noqa: PLW0603 - the timer takes no arguments
+    if not body.arap.followers:
+        return
+    _moved_at = time.monotonic()
+    may_wait = is_frame and not bpy.app.background  # without a window no timer catches up
+    for follower in body.arap.followers:
+        if not follower.is_enabled:
+            continue
+        if may_wait and follower.target is not None and not follower.target.visible_get():
+            late.add(follower.target.name, [key.name])
+            continue
+        guarded(body, follower, partial(write, body, follower, key.name, positions, may_wait=may_wait))
+    _wake()
+
+
+def _on_keys_changed(body: bpy.types.Object) -> None:
+    for follower in body.arap.followers:
+        guarded(body, follower, partial(keep_up, body, follower))
+
+
+def _on_rest_changes(body: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:
+    if body.arap.carried.body is not None:  # it goes along itself, and is bound at rest
+        wraps.suspect(body.name)
+        late.add(body.name, [twin.name for twin in body.arap.carried.twins])
+    for follower in body.arap.followers:
+        if follower.is_enabled:
+            guarded(body, follower, partial(_shift_rest, body, follower, pose))
+
+
+def _shift_rest(body: bpy.types.Object, follower: ArapFollower, pose: bpy.types.ShapeKey) -> None:
+    """What the follower shows of the pose will be its rest shape, too."""
+    keep_up(body, follower)
+    target = follower.target
+    twin = twins.find(target, pose.name)
+    if twin is None:
+        return
+    rest = meshes.read_rest(target)
+    shown = np.asarray(rest + pose.value * (versions.read_key(twin) - rest), dtype=np.float32)
+    shape_keys.shift_all(target, twin, versions.read_key(twin) if pose.value == 1.0 else shown)
+    wraps.forget(target.name)
+    late.add(target.name, twins.names_of(body))
+
+
+def _on_follower_changed(body: bpy.types.Object, follower: ArapFollower) -> None:
+    look_again(body, follower, may_wait=not bpy.app.background)
+
+
+@persistent
+def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    for update in depsgraph.updates:
+        if not isinstance(update.id, bpy.types.Object):
+            continue
+        if update.is_updated_geometry:
+            _look_at(update.id.original)
+        if update.is_updated_transform and update.id.arap.followers:
+            _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
+    if not late.waiting():
+        return
+    if bpy.app.background:
+        _catch_up_now()
+    else:
+        _wake()
+
+
+def _look_at(obj: bpy.types.Object) -> None:
+    """Notes what the artist has done to the meshes and keys of a body or follower."""
+    settings = obj.arap
+    body = settings.carried.body
+    pairs = [(obj, follower) for follower in settings.followers]
+    if body is not None:
+        pairs += [(body, follower) for follower in body.arap.followers if follower.target == obj]
+    pairs = [(body, follower) for body, follower in pairs if follower.target is not None]
+    if not pairs:
+        return
+    if obj.mode in EDITING:
+        late.edited.add(obj.name)
+        return
+    was_edited = obj.name in late.edited
+    late.edited.discard(obj.name)
+    for body, follower in pairs:
+        if was_edited:
+            _suspect(body, follower)
+        elif not twins.are_all_there(body, follower.target):
+            late.add(follower.target.name)
+
+
+def _look_at_scale(body: bpy.types.Object, world: Floats) -> None:
+    """Followers turn as seen. So under another scale, if it is uneven, they are bound again."""
+    try:
+        stretch = meshes.stretch_in(body, world)
+    except ValueError:  # scaled to nothing, for a moment perhaps
+        return
+    for follower in body.arap.followers:
+        if follower.target is not None and not wraps.has_stretch(follower.target.name, stretch):
+            _suspect(body, follower)
+
+
+def _suspect(body: bpy.types.Object, follower: ArapFollower) -> None:
+    """It may not be bound to what is there now."""
+    name = follower.target.name
+    wraps.suspect(name)
+    late.faults.pop(name, None)
+    late.add(name, twins.names_of(body))
+
+
+def _entry(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
+    """The body and the entry of the follower of that name, None if it is gone."""
+    target = bpy.data.objects.get((name, None))
+    body = target.arap.carried.body if target is not None else None
+    follower = problems.entry_of(body, target) if body is not None else None
+    return (body, follower) if follower is not None else None
+
+
+def _wake() -> None:
+    if late.waiting() and not bpy.app.background and not bpy.app.timers.is_registered(_catch_up):
+        bpy.app.timers.register(_catch_up, first_interval=0.0, persistent=True)
+
+
+def _catch_up() -> float | None:
+    """The timer."""
+    if is_rendering():
+        return REST_S
+    is_waiting = False
+
+    def step(body: bpy.types.Object, follower: ArapFollower) -> None:
+        nonlocal is_waiting
+        if _must_wait(body, follower):
+            is_waiting = True
+        else:
+            keep_up(body, follower)
+            redraw.tag_meshes()
+
+    _for_late(step)
+    if not is_waiting:
+        redraw.tag_panels()
+    return TIMER_S if is_waiting else None
+
+
+def _must_wait(body: bpy.types.Object, follower: ArapFollower) -> bool:
+    """Whether a follower is not seen while its body moves, or is being bound."""
+    target = follower.target
+    if time.monotonic() - _moved_at < REST_S and not target.visible_get():
+        return True
+    if wraps.is_binding(target.name):
+        return True
+    if wraps.get(body, follower) is None and any(_is_posed(body, name) for name in late.keys.get(target.name, ())):
+        if not wraps.is_any_binding():  # one after the other: each has all threads, and reading a mesh takes a moment
+            wraps.begin(body, follower)
+        return True
+    return False
+
+
+def _is_posed(body: bpy.types.Object, name: str) -> bool:
+    """Whether the key is not at rest: else the follower need not be bound for it."""
+    key = shape_keys.find(body, name)
+    return key is not None and not np.array_equal(versions.read_key(key), meshes.read_rest(body))
+
+
+def _catch_up_now() -> None:
+    _for_late(keep_up)
+
+
+def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
+    """Calls ``act`` for each late follower that can work."""
+    for name in late.waiting():
+        found = _entry(name)
+        if found is None:
+            forget(name)
+        elif not problems.problem_of(*found):
+            guarded(*found, partial(act, *found))
+
+
+@persistent
+def _on_undo(*_: object) -> None:
+    """The step may have been made while a follower was late, and from other arrays than it is bound from now."""
+    late.faults.clear()
+    wraps.suspect_all()
+    for name in wraps.names():
+        found = _entry(name)
+        if found is not None:
+            late.add(name, [pose_key.name_of(found[0])])
+    if bpy.app.background:
+        _catch_up_now()
+    else:
+        _wake()
+
+
+@persistent
+def _on_load(*_: object) -> None:
+    wraps.clear()
+    late.clear()
+
+
+@persistent
+def _before_saving(*_: object) -> None:
+    _catch_up_now()
+
+
+CALLBACKS = (
+    (hooks.key_written, _on_key_written),
+    (hooks.keys_changed, _on_keys_changed),
+    (hooks.rest_changes, _on_rest_changes),
+    (hooks.follower_changed, _on_follower_changed),
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.undo_post, _on_undo),
+    (bpy.app.handlers.redo_post, _on_undo),
+    (bpy.app.handlers.load_post, _on_load),
+    (bpy.app.handlers.save_pre, _before_saving),
+)
+
+
+def unregister() -> None:
+    if bpy.app.timers.is_registered(_catch_up):
+        bpy.app.timers.unregister(_catch_up)
+    wraps.clear()
+    late.clear()

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shape keys of a follower that stand for those of the mesh that it goes along with: its twins.
+
+A twin has the name of the key that it stands for, numbered if the follower has a key of its own of that name. A driver
+gives it the value of that key, and 0 while that is muted: so one slider and one animation move all. The twin of a baked
+key has its keyframes, too. The driver has the last word; but an export to glTF takes animation only from keyframes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import bpy
+
+from ..core.arrays import Float32s
+from ..scene import baked, fcurves, shape_keys
+
+# Blender works out an expression as simple as this one by itself. So no Python runs, which a file may forbid.
+EXPRESSION = "value * (1 - mute)"
+WIDEST = (-10.0, 10.0)  # of a slider in Blender: the body's own slider has the limits
+
+
+def names_of(body: bpy.types.Object) -> list[str]:
+    """The keys of the body that followers have twins of: those that the add-on has made, and its own twins."""
+    keys = body.data.shape_keys
+    if keys is None:
+        return []
+    settings = body.arap
+    made = [made.name for made in (*settings.made_keys, *settings.baked_poses)]
+    others = (*(pose.key_name for pose in settings.poses), *(twin.key for twin in settings.carried.twins))
+    names = dict.fromkeys((*made, *others, *baked.names_of_all(body)))
+    return [name for name in names if name in keys.key_blocks and name != keys.reference_key.name]
+
+
+def find(target: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
+    """The twin of the body's key of that name, None if there is none."""
+    item = target.arap.carried.twins.get(name)
+    return shape_keys.find(target, item.key) if item is not None and item.key != _rest_name(target) else None
+
+
+def _rest_name(target: bpy.types.Object) -> str:
+    """Of the reference key, which is no twin, whatever a file says."""
+    keys = target.data.shape_keys
+    return keys.reference_key.name if keys is not None else ""
+
+
+def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Float32s) -> bpy.types.ShapeKey:
+    """A twin of the body's key of that name. ``target`` has a reference key."""
+    twin = _renamed(body, target, name)
+    if twin is None:
+        with shape_keys.active_kept(target):
+            twin = shape_keys.new(target, name, shape)
+    else:
+        shape_keys.write(target, twin, shape)
+    item = target.arap.carried.twins.get(name)
+    if item is None:
+        item = target.arap.carried.twins.add()
+    item.name, item.key = name, twin.name
+    twin.slider_min, twin.slider_max = WIDEST
+    key = body.data.shape_keys.key_blocks[name]
+    _copy_keyframes(body, key, target, twin)
+    _drive(body, key, twin)
+    twin.value = 0.0 if key.mute else key.value  # until the driver is evaluated
+    shape_keys.tell_changed(target)
+    return twin
+
+
+def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
+    """Removes the twins of other keys."""
+    twins, kept = target.arap.carried.twins, set(names)
+    gone = [item.key for item in twins if item.name not in kept and item.key != _rest_name(target)]
+    for index in reversed(range(len(twins))):
+        if twins[index].name not in kept:
+            twins.remove(index)
+    if gone:
+        shape_keys.remove(target, *gone)
+
+
+def tie(body: bpy.types.Object, target: bpy.types.Object) -> None:
+    """Gives a driver to the twins that have lost theirs, or have that of another body, as copies may."""
+    keys = target.data.shape_keys
+    drivers = keys.animation_data.drivers if keys is not None and keys.animation_data is not None else None
+    for item in target.arap.carried.twins:
+        key, twin = shape_keys.find(body, item.name), find(target, item.name)
+        if key is None or twin is None:
+            continue
+        fcurve = drivers.find(shape_keys.value_path(twin)) if drivers is not None else None
+        if fcurve is None or all(data != body.data.shape_keys for data, _ in _places(fcurve)):
+            _drive(body, key, twin)
+
+
+def _places(fcurve: bpy.types.FCurve) -> list[tuple[bpy.types.ID, str]]:
+    """What a driver reads: data, and paths in it."""
+    return [(place.id, place.data_path) for variable in fcurve.driver.variables for place in variable.targets]
+
+
+def are_all_there(body: bpy.types.Object, target: bpy.types.Object) -> bool:
+    """Whether each twin is there with its key. Quick, as each evaluation asks it."""
+    twins = target.arap.carried.twins
+    if not twins:
+        return True
+    of_body, own = (set(obj.data.shape_keys.key_blocks.keys()) if obj.data.shape_keys else () for obj in (body, target))
+    return all(item.name in of_body and item.key in own for item in twins)
+
+
+def _renamed(body: bpy.types.Object, target: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
+    """The twin, if the artist has given it another name: its driver tells. A second one would add to it."""
+    keys, path = target.data.shape_keys, shape_keys.value_path(shape_keys.find(body, name))
+    for fcurve in keys.animation_data.drivers if keys.animation_data else ():
+        if fcurve.driver.expression == EXPRESSION and (body.data.shape_keys, path) in _places(fcurve):
+            try:
+                found = keys.path_resolve(fcurve.data_path.rpartition(".")[0])
+            except ValueError:  # the key is gone, its driver is not
+                continue
+            return found
+    return None
+
+
+def _drive(body: bpy.types.Object, key: bpy.types.ShapeKey, twin: bpy.types.ShapeKey) -> None:
+    driver = twin.driver_add("value").driver
+    for variable in list(driver.variables):
+        driver.variables.remove(variable)
+    path = shape_keys.value_path(key)
+    for name in ("value", "mute"):
+        variable = driver.variables.new()
+        variable.name, variable.type = name, "SINGLE_PROP"
+        place = variable.targets[0]
+        place.id_type, place.id = "KEY", body.data.shape_keys
+        place.data_path = f"{path.rpartition('.')[0]}.{name}"
+    driver.type, driver.expression = "SCRIPTED", EXPRESSION
+
+
+def _copy_keyframes(
+    body: bpy.types.Object, key: bpy.types.ShapeKey, target: bpy.types.Object, twin: bpy.types.ShapeKey
+) -> None:
+    of_body = fcurves.fcurves_of(body.data.shape_keys)
+    fcurve = of_body.find(shape_keys.value_path(key)) if of_body is not None else None
+    if fcurve is None:
+        return
+    try:
+        shape_keys.check_animatable(target)
+    except ValueError:  # an action that belongs to others, too: the driver is enough in Blender
+        return
+    keyframes = [(point.co.x, point.co.y) for point in fcurve.keyframe_points]
+    fcurves.insert_linear_keyframes(target.data.shape_keys, twin, shape_keys.value_path(twin), keyframes)

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bound followers by the names of their objects, and what they are bound from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core import native
+from ..core.arrays import Floats, Ints
+from ..core.background import Background
+from ..core.carry.pieces import loose_pieces
+from ..core.carry.wrap import Wrap, WrapInput
+from ..core.session_data import SessionMesh
+from ..props import preferences
+from ..props.bounds import bounded
+from ..scene import meshes, versions
+
+if TYPE_CHECKING:
+    from ..props.carry import ArapFollower
+
+_bound: dict[str, Wrap] = {}
+_binding: dict[str, Background[Wrap]] = {}
+_suspect: set[str] = set()
+"""Of those that are bound: a look at all arrays must tell whether they still fit."""
+
+
+def place_of(follower: ArapFollower) -> Floats:
+    """(4, 4) from the space of the follower to that of the body."""
+    return np.array(follower.place, dtype=np.float64).reshape(4, 4)
+
+
+def read_input(body: bpy.types.Object, follower: ArapFollower) -> WrapInput:
+    """Everything that a bind needs. Raises ValueError if the body or the place of the follower cannot be used."""
+    target, place = follower.target, place_of(follower)
+    if not (np.isfinite(place).all() and abs(np.linalg.det(place[:3, :3])) > 0.0):
+        raise ValueError(f"The place of '{target.name}' is lost: press Carry Along again")
+    # As last evaluated: this may be called by a handler, in which an evaluation would call handlers again.
+    depsgraph = meshes.drawn_depsgraph(bpy.context)
+    mesh, stretch = _read_body(body), meshes.read_stretch(body, depsgraph)
+    return WrapInput(
+        name=target.name,
+        mesh=mesh,
+        stretch=stretch,
+        mirrors=meshes.read_mirrors(body, depsgraph, stretch, mesh.rest_positions),
+        points=meshes.read_rest(target),
+        place=place,
+        pieces=_pieces_of(target) if bounded(follower, "kind") == "rigid" else None,
+        threads=preferences.threads(),
+    )
+
+
+def _read_body(body: bpy.types.Object) -> SessionMesh:
+    if body.data.is_editmode:
+        raise ValueError(f"'{body.name}' is in Edit Mode: what goes along with it waits")
+    return meshes.read_mesh(body)
+
+
+def _pieces_of(target: bpy.types.Object) -> Ints:
+    return loose_pieces(len(target.data.vertices), versions.read_edges(target.data))
+
+
+def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True) -> Wrap | None:
+    """The wrap of a follower, None if it is not bound, or if that does not fit any more.
+
+    ``may_look``: at all arrays, if they may have changed. It takes milliseconds; without, the answer is None then.
+    """
+    name = follower.target.name
+    wrap = _bound.get(name)
+    if wrap is None or (name in _suspect and not may_look):
+        return None
+    fits = (wrap.n_points, wrap.n_vertices) == (len(follower.target.data.vertices), len(body.data.vertices))
+    if fits and name in _suspect:
+        fits = wrap.is_of(read_input(body, follower))
+        _suspect.discard(name)
+    if not fits:
+        forget(name)
+        return None
+    return wrap
+
+
+def bound(body: bpy.types.Object, follower: ArapFollower) -> Wrap:
+    """As get(), bound now if need be. Raises as read_input(), RuntimeError or MemoryError."""
+    wrap = get(body, follower)
+    if wrap is None:
+        name = follower.target.name
+        forget(name)  # a bind under way may be of former arrays
+        begin(body, follower)
+        try:
+            wrap = _binding[name].run(None)
+        finally:
+            _binding.pop(name, None)
+        _bound[name] = wrap
+    return wrap
+
+
+def begin(body: bpy.types.Object, follower: ArapFollower) -> None:
+    """Begins to bind in the background, unless that is under way. Raises as bound()."""
+    if follower.target.name not in _binding:
+        _suspect.discard(follower.target.name)
+        steps = Wrap.bind(native.load(), read_input(body, follower))
+        _binding[follower.target.name] = Background(steps)
+
+
+def is_binding(name: str) -> bool:
+    """Whether a bind of the follower of that name is under way. Goes on with it. Raises what it has raised."""
+    binding = _binding.get(name)
+    if binding is None or binding.step():
+        return binding is not None
+    del _binding[name]
+    _bound[name] = binding.result()
+    return False
+
+
+def suspect(name: str) -> None:
+    """The arrays that the follower was bound from may have changed."""
+    _suspect.add(name)
+
+
+def has_stretch(name: str, stretch: Floats) -> bool:
+    """Whether the follower of that name is not bound, or under this stretch of its body."""
+    return name not in _bound or _bound[name].has_stretch(stretch)
+
+
+def suspect_all() -> None:
+    _suspect.update(_bound)
+
+
+def is_any_binding() -> bool:
+    """Whether some bind is under way."""
+    return bool(_binding)
+
+
+def is_bound(name: str) -> bool:
+    return name in _bound
+
+
+def names() -> list[str]:
+    """Of the followers that are bound."""
+    return list(_bound)
+
+
+def forget(name: str) -> None:
+    """The follower is not bound any more. A bind under way ends by itself."""
+    _bound.pop(name, None)
+    _suspect.discard(name)
+    if name in _binding:
+        _binding.pop(name).drop()
+
+
+def clear() -> None:
+    for name in {*_bound, *_binding}:
+        forget(name)
