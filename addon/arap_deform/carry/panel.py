@@ -54,7 +54,7 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
             row = layout.row()
             row.template_list("ARAP_UL_followers", "", settings, "followers", settings, "active_follower_index", rows=3)
             row.column().operator("arap.carry_remove", text="", icon="REMOVE")
-        else:
+        elif settings.carried.body is None:
             text = "Select clothes, hair and eyes, then Shift-click this mesh, and press Carry Along."
             draw_text(context, layout, text, "INFO")
         follower = settings.followers[index] if 0 <= index < len(settings.followers) else None
