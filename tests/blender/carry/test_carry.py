@@ -89,6 +89,23 @@ class FollowTest(CarryTest):
         self.assert_at_rest(target)
         self.assertEqual(key_names(target), ["Basis"])
 
+    def test_what_restores_a_pose_restores_them(self):
+        """Esc of Pose and of a pull."""
+        body, target = posable(), sleeve()
+        self.api.carry_along(body, [target])
+        at_rest = module("pose.result").capture_state(body)
+        bend(body)
+        self.api.solve(body)
+        bent, shown = module("pose.result").capture_state(body), shown_positions(target)
+        bend(body)
+        module("follow.update").prepare_session(body)
+        module("follow.update").update_pose(body)
+        self.assert_goes_along(body, target)
+        module("pose.result").restore_state(body, bent)
+        self.assert_close(shown_positions(target), shown, 1e-6)
+        module("pose.result").restore_state(body, at_rest)
+        self.assertEqual(key_names(target), ["Basis"])
+
     def test_reset_and_apply_as_rest(self):
         body, target, buckle = solved(), sleeve(), eye()
         other = own_key(target, "Puffed", 0.1, value=0.0)
