@@ -38,7 +38,8 @@ def guarded(body: bpy.types.Object, follower: ArapFollower, act: Callable[[], ob
     try:
         fault = problems.problem_of(body, follower)
         if fault:
-            late.add(name, twins.names_of(body))
+            if follower.target.arap.carried.body == body:  # not of a copy
+                late.add(name, twins.names_of(body))
             _say(name, fault)
         else:
             late.faults.pop(name, None)

@@ -56,10 +56,11 @@ def _on_key_written(body: bpy.types.Object, key: bpy.types.ShapeKey, positions: 
     _moved_at = time.monotonic()
     may_wait = is_frame and not bpy.app.background  # without a window no timer catches up
     for follower in body.arap.followers:
-        if not follower.is_enabled:
+        target = follower.target
+        if not follower.is_enabled or target is None:
             continue
-        if may_wait and follower.target is not None and not follower.target.visible_get():
-            late.add(follower.target.name, [key.name])
+        if may_wait and target.arap.carried.body == body and not target.visible_get():
+            late.add(target.name, [key.name])
             continue
         guarded(body, follower, partial(write, body, follower, key.name, positions, may_wait=may_wait))
     _wake()
@@ -99,6 +100,8 @@ def _on_follower_changed(body: bpy.types.Object, follower: ArapFollower) -> None
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if depsgraph.id_type_updated("SCENE"):
+        _forget_missing()
     for update in depsgraph.updates:
         if not isinstance(update.id, bpy.types.Object):
             continue
@@ -153,6 +156,13 @@ def _suspect(body: bpy.types.Object, follower: ArapFollower) -> None:
     wraps.suspect(name)
     late.faults.pop(name, None)
     late.add(name, twins.names_of(body))
+
+
+def _forget_missing() -> None:
+    """Followers that are gone, or have another name."""
+    for name in wraps.names():
+        if bpy.data.objects.get((name, None)) is None:
+            forget(name)
 
 
 def _entry(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
@@ -226,6 +236,7 @@ def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
 def _on_undo(*_: object) -> None:
     """The step may have been made while a follower was late, and from other arrays than it is bound from now."""
     late.faults.clear()
+    _forget_missing()
     wraps.suspect_all()
     for name in wraps.names():
         found = _entry(name)

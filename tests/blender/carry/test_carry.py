@@ -422,8 +422,26 @@ class ListTest(CarryTest):
         self.assertEqual(
             self.problem(copy), "'Sleeve' goes along with 'Tube': press Carry Along, or remove it from this list"
         )
+        bend(body)
+        self.api.solve(body)
+        shown = shown_positions(target)
+        self.api.copy_handles(copy)
+        self.api.reset_handles(copy)
+        self.api.solve(copy)
+        self.assert_close(shown_positions(target), shown, 0.0)
         module("carry.lists").remove_at(copy, 0)
         self.assertEqual(target.arap.carried.body, body)
+
+    def test_a_renamed_follower_goes_along_and_a_deleted_one_is_forgotten(self):
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        target.name = "Shirt"
+        bend(body)
+        self.api.solve(body)
+        self.assert_goes_along(body, target)
+        bpy.data.objects.remove(target)
+        bpy.context.view_layer.update()
+        self.assertEqual(module("carry.wraps").names(), [])
 
     def test_a_linked_follower_is_told(self):
         (target,) = linked_back(sleeve(), "Sleeve")
