@@ -180,6 +180,8 @@ def remove_key(monkey: Monkey) -> None:
     obj = monkey.mesh()
     key = monkey.choice(obj.data.shape_keys.key_blocks if obj.data.shape_keys else ())
     if key != obj.data.shape_keys.reference_key:
+        # In Blender 4.5 this call, unlike the button, takes a driver away from under the evaluation, and that crashes.
+        obj.data.shape_keys.driver_remove(f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value')
         obj.shape_key_remove(key)
 
 
@@ -545,6 +547,28 @@ def use_session(monkey: Monkey) -> None:
     monkey.choice([monkey.api.prepare_session, monkey.api.update_pose])(monkey.mesh())
 
 
+@add_on
+def carry_along(monkey: Monkey) -> None:
+    body = monkey.mesh()
+    others = [obj for obj in monkey.meshes() if obj != body]
+    monkey.api.carry_along(body, [monkey.choice(others)], monkey.choice(["", "bend", "rigid"]))
+
+
+@add_on
+def change_follower(monkey: Monkey) -> None:
+    body = monkey.choice(obj for obj in monkey.meshes() if obj.arap.followers)
+    follower = monkey.choice(body.arap.followers)
+    kind = monkey.random.randrange(4)
+    if kind == 0:
+        follower.is_enabled = not follower.is_enabled
+    elif kind == 1:
+        follower.kind = "bend" if follower.kind == "rigid" else "rigid"
+    elif kind == 2:
+        follower.target = monkey.choice(bpy.data.objects)
+    else:
+        monkey.api.stop_carrying(body, follower.target)
+
+
 def tried(act: Act, monkey: Monkey) -> None:
     try:
         act(monkey)
@@ -569,12 +593,12 @@ def act_beside_a_job(monkey: Monkey) -> None:
 
 
 ACTS: dict[Act, int] = {
-    operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, toggle_live: 4, use_pose: 4, use_session: 4,
-    new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2, export: 2, keyframe: 2,
+    operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, carry_along: 4, toggle_live: 4, use_pose: 4,
+    use_session: 4, new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2, export: 2, keyframe: 2,
     change_key: 2, show_all: 2,
 } | dict.fromkeys([
     duplicate, delete, join, separate, edit_faces, act_in_another_mode, modifiers, apply_modifier, add_key, remove_key,
     move_key, absolute_keys, move_wildly, scale_wildly, constrain, drive, parent, rename, rename_group, delete_group,
     hide, save, load, change_scene, link_library, render, purge, bake_pose, reset_pose, pose_as_rest, bake_that_raises,
-    change_target, new_handle, new_pin, remove_handle, stiffen, soften, act_beside_a_job,
+    change_target, new_handle, new_pin, remove_handle, stiffen, soften, act_beside_a_job, change_follower,
 ], 1)  # fmt: skip
