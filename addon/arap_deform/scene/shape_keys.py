@@ -176,6 +176,7 @@ def remove(obj: bpy.types.Object, *names: str) -> None:
 def _remove(obj: bpy.types.Object, name: str) -> None:
     key = find(obj, name)
     if key is not None:
+        # Before the key: Blender 4.5 takes its driver away from under the next evaluation, and that crashes.
         fcurves.remove_animation(obj.data.shape_keys, value_path(key))
         with active_kept(obj):
             obj.shape_key_remove(key)
