@@ -195,6 +195,13 @@ class PickTest(PullTest):
 
 
 class DragTest(PullTest):
+    def test_what_goes_along_is_pulled_too(self):
+        obj, twin = posable(), mesh_object("Twin")
+        self.api.carry_along(obj, [twin])
+        self.pull(obj, self.grab(MIDDLE), RIGHT)
+        self.assertGreater((key_positions(twin) - rest_positions(twin))[MIDDLE, 0].mean(), 0.25)
+        self.assert_close(key_positions(twin), key_positions(obj), 0.02)
+
     def at_half_its_value(self):
         """A pulled tube whose key has value 0.5."""
         obj = mesh_object()
