@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .figure import SHIRT_GAP, arm_raised, figure
-from .limbs import Limb, rod_by_bones, rod_mesh
+from .limbs import ROD_LENGTH, Limb, rod_by_bones, rod_mesh
 from .mesh import Floats, Ints, Mesh, cut_quads
-from .poses import Pose, Y, turned
+from .poses import Pose, View, Y, turned
 
 SLEEVE_GAPS = (0.005, 0.015, 0.05)  # of the rod's diameter
 SLEEVE_LENGTH = 4.0  # diameters
@@ -42,7 +42,8 @@ def elbow_of_rod() -> tuple[Limb, float]:
     """The rod, bent in its middle about y, and its diameter."""
     mesh, width = rod_mesh()
     limb = rod_by_bones("elbow of 120", mesh, width, turned(Y, np.zeros(3), np.radians(ELBOW_DEG)))
-    return limb, width
+    view = View((0.0, -1.0, 0.0), (0.25 * ROD_LENGTH * width, 0.0, 0.0), 0.86 * ROD_LENGTH * width)
+    return limb._replace(pose=limb.pose._replace(view=view)), width
 
 
 def tube(radius: float, length: float) -> tuple[Floats, Ints]:

@@ -11,7 +11,7 @@ from .markdown import Row, joined, machine_line, markdown, number
 from .quality import IMAGES, PanelRow, rendered
 
 PICTURE = "quality-followers.webp"
-PICTURED = ("sleeve at 1.5 % of the limb", "shirt")
+PICTURED = {"sleeve at 1.5 % of the limb": "sleeve", "shirt": "shirt"}  # and their titles
 BODIES = {"surface": "Surface", "solid": "Solid"}
 
 
@@ -58,12 +58,12 @@ def panels(rows: Sequence[Row], folder: Path) -> list[PanelRow]:
     """A row for each follower that is pictured: on the surface, all models."""
     return rendered(
         (
-            follower,
+            title,
             [
-                (row["model"], folder / f"{row['picture']}.png")
+                (row["model"].removeprefix("ours, ").removeprefix("Blender: "), folder / f"{row['picture']}.png")
                 for row in rows
                 if row["follower"] == follower and row["body"] == "surface" and "picture" in row
             ],
         )
-        for follower in PICTURED
+        for follower, title in PICTURED.items()
     )
