@@ -41,8 +41,9 @@ struct WrapOptions {
 /// The surface may be any: open, not manifold, turned inside out, loose triangles, points without faces. Vertices at
 /// the same place are one.
 ///
-/// Staying outside is a matter of the planes of the anchors. Where the surface overlaps itself, a point that is
-/// outside of its own part may still be inside of another one; nothing local can help there.
+/// What stays outside keeps its distance from the plane of the triangle nearest to it at rest, which goes along. Where
+/// the surface overlaps itself, a point that is outside of its own part may still be inside of another one; nothing
+/// local can help there.
 ///
 /// Different objects may run in different threads, and so may const functions of one.
 class WrapDeformation {
