@@ -10,6 +10,7 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 #include "base/grouped.h"
+#include "geometry/nearest_in_triangle.h"
 #include "lattice/cube_grid.h"
 #include "lattice/triangle_cubes.h"
 #include "mesh/surface_measures.h"
@@ -44,8 +45,7 @@ struct UnitMesh {
       : center(surface_box(mesh).center().transpose()), size(surface_box(mesh).sizes().maxCoeff()) {
     const auto place = [&](int v) { return Row((mesh.positions().row(v) - center) / size); };
     for (int f = 0; f < mesh.n_faces(); ++f)
-      for (size_t k = 1; k + 1 < mesh.face(f).size(); ++k)
-        triangles.push_back({place(mesh.face(f)[0]), place(mesh.face(f)[k]), place(mesh.face(f)[k + 1])});
+      for_each_in_fan(mesh.face(f), [&](int i, int j, int k) { triangles.push_back({place(i), place(j), place(k)}); });
     for (const Triangle& triangle : triangles)
       for (const Row& corner : triangle) box.extend(corner.transpose());
   }
@@ -213,20 +213,6 @@ struct Quads {
   }
 };
 
-/// Distance of a point from a triangle.
-double distance(const Row& point, const Row& a, const Row& b, const Row& c) {
-  const Row normal = (b - a).cross(c - a);
-  const auto to_segment = [&](const Row& from, const Row& to) {
-    const Row along = to - from;
-    const double at = std::clamp((point - from).dot(along) / along.squaredNorm(), 0.0, 1.0);
-    return (from + at * along - point).norm();
-  };
-  const bool is_above = (b - a).cross(point - a).dot(normal) >= 0 && (c - b).cross(point - b).dot(normal) >= 0 &&
-                        (a - c).cross(point - c).dot(normal) >= 0;
-  if (is_above) return std::abs((point - a).dot(normal)) / normal.norm();
-  return std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
-}
-
 /// Moves the vertices of a cage towards the middles of their neighbours, as far as the mesh allows.
 class Smoother {
  public:
@@ -315,15 +301,17 @@ class Smoother {
 
   /// Whether the mesh is too near to a face.
   [[nodiscard]] bool is_near(int f) const {
-    const auto corner = [&](int k) -> const Row& { return quads_.places[quads_.faces[f][k % 4]]; };
+    const auto corner = [&](int k) { return Vector3(quads_.places[quads_.faces[f][k % 4]].transpose()); };
     Eigen::AlignedBox3d box;
-    for (int k = 0; k < 4; ++k) box.extend(corner(k).transpose());
+    for (int k = 0; k < 4; ++k) box.extend(corner(k));
     box.min().array() -= kLeastDistance * grid_.size;
     box.max().array() += kLeastDistance * grid_.size;
-    const auto is_near_to = [&](const Row& sample) {
-      if (!box.contains(sample.transpose())) return false;
-      for (int k = 0; k < 4; ++k)
-        if (distance(sample, corner(k), corner(k + 1), corner(k + 2)) < kLeastDistance * grid_.size) return true;
+    const auto is_near_to = [&](const Vector3& sample) {
+      if (!box.contains(sample)) return false;
+      for (int k = 0; k < 4; ++k) {
+        const Vector3 nearest = nearest_in_triangle(sample, corner(k), corner(k + 1), corner(k + 2));
+        if ((sample - nearest).norm() < kLeastDistance * grid_.size) return true;
+      }
       return false;
     };
     const Cube low = grid_.cube_at(box.min().transpose());

@@ -42,14 +42,20 @@ inline void require_surface(const PolygonMesh& mesh, const std::string& what = "
     throw InvalidInput(what + " has no faces or no size; give it faces");
 }
 
+/// Calls visit(i, j, k) with the corners of each triangle of the fan from the first corner of a face.
+template <class Visit>
+void for_each_in_fan(std::span<const int> face, const Visit& visit) {
+  for (size_t k = 1; k + 1 < face.size(); ++k) visit(face[0], face[k], face[k + 1]);
+}
+
 /// Twice the vector area of a face: along its normal, as long as twice the area of its projection along the normal.
 /// @param positions  (n, 3)
 [[nodiscard]] inline Eigen::RowVector3d twice_vector_area(const Positions& positions, std::span<const int> face) {
   using Row = Eigen::RowVector3d;
   const Row first = positions.row(face[0]);
   Row doubled = Row::Zero();
-  for (size_t k = 1; k + 1 < face.size(); ++k)
-    doubled += Row(positions.row(face[k]) - first).cross(Row(positions.row(face[k + 1]) - first));
+  for_each_in_fan(
+      face, [&](int, int j, int k) { doubled += Row(positions.row(j) - first).cross(Row(positions.row(k) - first)); });
   return doubled;
 }
 

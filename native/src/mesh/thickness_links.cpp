@@ -36,7 +36,7 @@ std::vector<TriangleGrid::Triangle> walls(const PolygonMesh& mesh, const Surface
   for (int f = 0; f < mesh.n_faces(); ++f) {
     const std::span<const int> face = mesh.face(f);
     if (orientation.has_inside[mesh.part_of_vertex()[face[0]]] == 0) continue;
-    for (size_t k = 1; k + 1 < face.size(); ++k) triangles.push_back({face[0], face[k], face[k + 1]});
+    for_each_in_fan(face, [&](int i, int j, int k) { triangles.push_back({i, j, k}); });
   }
   return triangles;
 }

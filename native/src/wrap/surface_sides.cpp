@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "base/grouped.h"
+#include "geometry/nearest_in_triangle.h"
+#include "mesh/surface_measures.h"
 #include "mesh/triangulation.h"
 #include "parallel/parallel.h"
 
@@ -25,40 +27,13 @@ constexpr double kNearest = 1;
 /// plane, of that from the triangle.
 constexpr double kLeastAbove = .5;
 
-/// The point of a triangle nearest to `place`. [Ericson 2005, Real-Time Collision Detection, 5.1.5]
-Vector3 nearest_in_triangle(const Vector3& place, const Vector3& a, const Vector3& b, const Vector3& c) {
-  const Vector3 ab = b - a;
-  const Vector3 ac = c - a;
-  const Vector3 ap = place - a;
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const Vector3 bp = place - b;
-  const double d3 = ab.dot(bp);
-  const double d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-  const Vector3 cp = place - c;
-  const double d5 = ab.dot(cp);
-  const double d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  return a + (vb * ab + vc * ac) / (va + vb + vc);
-}
-
 double longest_edge(const Vector3& ab, const Vector3& ac) { return std::max({ab.norm(), ac.norm(), (ac - ab).norm()}); }
 
 /// The fans from the first corners.
 std::vector<Corners> fans(const PolygonMesh& surface) {
   std::vector<Corners> triangles;
-  for (int f = 0; f < surface.n_faces(); ++f) {
-    const std::span<const int> face = surface.face(f);
-    for (size_t k = 1; k + 1 < face.size(); ++k) triangles.push_back({face[0], face[k], face[k + 1]});
-  }
+  for (int f = 0; f < surface.n_faces(); ++f)
+    for_each_in_fan(surface.face(f), [&](int i, int j, int k) { triangles.push_back({i, j, k}); });
   return triangles;
 }
 
