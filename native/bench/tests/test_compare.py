@@ -163,6 +163,21 @@ def test_sizes_say_what_each_model_took(tmp_path, monkeypatch):
     assert found[4] == {"model": "peer: ARAP", "n_vertices": 12418, "not_run": "at 12418 vertices: not here"}
 
 
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ({"set_up_s": 1.0, "frame_s": 8.9}, None),
+        (
+            {"set_up_s": 1.0, "frame_s": 11.0},
+            "would take longer than 90 s: at 12000 vertices it takes 12 s",
+        ),
+        ({"not_run": "no weights"}, "at 12000 vertices: no weights"),
+    ],
+)
+def test_a_size_that_cannot_succeed_is_not_tried(row, reason):
+    assert sizes.why_hopeless_if_larger({"n_vertices": 12000, **row}) == reason
+
+
 def test_dirty_meshes_that_a_model_refuses_are_counted_with_the_reason(tmp_path, monkeypatch):
     monkeypatch.setattr(dirty, "KINDS", ("open_seams", "nothing_but_loose"))
     models = [*entries(["solid"]), Entry("peer: ARAP", not_run="not here")]

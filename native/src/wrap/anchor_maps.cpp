@@ -89,10 +89,11 @@ Matrix3 turn_of_line(const Vector3& u, const Vector3& change) {
 void set_frame(std::vector<float>& frames, size_t anchor, const Span& span, const Vector3& place) {
   float* block = frames.data() + anchor / kAnchorBlock * 9 * kAnchorBlock + anchor % kAnchorBlock;
   const bool has_plane = !span.v.isZero(0);
-  for (int i = 0; i < 3; ++i) {
-    block[i * kAnchorBlock] = has_plane ? static_cast<float>(span.u[i]) : 0;
-    block[(3 + i) * kAnchorBlock] = static_cast<float>(span.v[i]);
-    block[(6 + i) * kAnchorBlock] = static_cast<float>(place[i]);
+  for (size_t i = 0; i < 3; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    block[i * kAnchorBlock] = has_plane ? static_cast<float>(span.u[row]) : 0;
+    block[(3 + i) * kAnchorBlock] = static_cast<float>(span.v[row]);
+    block[(6 + i) * kAnchorBlock] = static_cast<float>(place[row]);
   }
 }
 

@@ -163,7 +163,8 @@ class FollowTest(CarryTest):
         self.assert_at_rest(target)
         keys["Wave"].value = 0.25
         bpy.context.view_layer.update()
-        self.assertEqual((own["Wave"].value, own["ARAP"].value), (0.25, 0.0))
+        self.assertAlmostEqual(own["Wave"].value, 0.25, places=6)  # Blender 5.2 rounds what a driver gives
+        self.assertEqual(own["ARAP"].value, 0.0)
 
     def test_undo_and_redo(self):
         body, target = posable(), sleeve()
@@ -385,7 +386,7 @@ class ListTest(CarryTest):
         self.api.bake_pose(copy, "Rest")
         copy.data.shape_keys.key_blocks["ARAP"].value = 0.5
         bpy.context.view_layer.update()
-        self.assertEqual(copied_target.data.shape_keys.key_blocks["ARAP"].value, 0.5)
+        self.assertAlmostEqual(copied_target.data.shape_keys.key_blocks["ARAP"].value, 0.5, places=6)
 
     def test_a_key_that_the_artist_removes_takes_its_twin_along(self):
         body, target = solved(), sleeve()

@@ -18,6 +18,7 @@ from .contenders import Entry, Process
 from .posed import posed_task
 
 SIZES = (10_000, 100_000, 1_000_000)
+GROWTH = 9  # of the vertices from a size to the next, at least
 LIFT = 0.1  # of the ears, a share of the diagonal
 TIMEOUT_S = 90.0
 
@@ -30,26 +31,36 @@ def lifted(size: int) -> Pose:
 
 
 def measure_sizes(models: Sequence[Entry], folder: Path, known: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each size and model, and those known of other models; what fails at a size is not tried at the next."""
+    """A row for each size and model, and those known of other models; what cannot succeed at a size is not tried."""
     names = [entry.name for entry in models]
     rows = [row for row in known if row["model"] not in names]
-    failed: dict[str, str] = {}
+    hopeless: dict[str, str] = {}
     for size in SIZES:
         pose = lifted(size)
-        n_vertices = len(pose.mesh.positions)
         write_posed(folder / "task.npz", posed_task(pose))
         for entry in models:
-            row = {"model": entry.name, "n_vertices": n_vertices, **size_row(entry, folder, failed.get(entry.name))}
-            if "not_run" in row:
-                failed.setdefault(entry.name, f"at {n_vertices} vertices: {row['not_run']}")
+            reason = hopeless.get(entry.name)
+            found = {"not_run": reason} if reason else size_row(entry, folder)
+            row = {"model": entry.name, "n_vertices": len(pose.mesh.positions), **found}
+            if not reason and (told := why_hopeless_if_larger(row)):
+                hopeless[entry.name] = told
             rows.append(row)
             say("size", row)
     return rows
 
 
-def size_row(entry: Entry, folder: Path, failed: str | None) -> dict[str, Any]:
-    if failed is not None:
-        return {"not_run": failed}
+def why_hopeless_if_larger(row: dict[str, Any]) -> str | None:
+    """Why the next size cannot succeed if this row is of the one before, as far as that is known."""
+    at = f"at {row['n_vertices']} vertices"
+    if "not_run" in row:
+        return f"{at}: {row['not_run']}"
+    took_s: float = row["set_up_s"] + row["frame_s"]
+    if GROWTH * took_s <= TIMEOUT_S:
+        return None
+    return f"would take longer than {TIMEOUT_S:g} s: {at} it takes {took_s:.0f} s"  # no vertex gets quicker
+
+
+def size_row(entry: Entry, folder: Path) -> dict[str, Any]:
     try:
         with Process(entry, folder, TIMEOUT_S) as process:
             return process.run(folder / "task.npz").costs()
