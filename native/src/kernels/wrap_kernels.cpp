@@ -17,6 +17,11 @@ constexpr float kLargest = 1e8F;
 /// Of the squared growth of an area.
 constexpr float kLeastGrowth = 1e-24F;
 
+/// A triangle that is so many times as large as usual, or as small, in every direction may just be bent with the
+/// surface; from kScaled on all of it is taken for scaled, and between them more and more.
+constexpr float kBent = 4.F / 3;
+constexpr float kScaled = 2;
+
 [[gnu::always_inline]] inline Numbers limited(const Numbers& x) {
   const Numbers low = x < -kLargest ? broadcast<float>(-kLargest) : x;
   return low > kLargest ? broadcast<float>(kLargest) : low;
@@ -95,9 +100,9 @@ struct Rows {
 /// @param maps    takes the maps in place of what measure() wrote
 [[gnu::always_inline]] inline void complete(const float* frames, float* maps) {
   const auto vector = [&](int first) __attribute__((always_inline)) {
-    return Three<float>{{load<float, kCount>(frames + std::ptrdiff_t{kAnchorBlock} * first),
-                         load<float, kCount>(frames + std::ptrdiff_t{kAnchorBlock} * (first + 1)),
-                         load<float, kCount>(frames + std::ptrdiff_t{kAnchorBlock} * (first + 2))}};
+    return Three<float>{{load<float, kCount>(frames + std::ptrdiff_t{kWrapBlock} * first),
+                         load<float, kCount>(frames + std::ptrdiff_t{kWrapBlock} * (first + 1)),
+                         load<float, kCount>(frames + std::ptrdiff_t{kWrapBlock} * (first + 2))}};
   };
   Rows D{{three(maps, 0), three(maps, 1), three(maps, 2)}};
   const Three<float> here = three(maps, 3);
@@ -116,11 +121,11 @@ struct Rows {
 
 void find_maps(const AnchorsView& anchors, const double* displacements, float* maps, int begin, int end) {
   for (std::ptrdiff_t block = begin; block < end; ++block) {
-    const std::ptrdiff_t first = block * kAnchorBlock;
-    for (int k = 0; k < kAnchorBlock; ++k)
+    const std::ptrdiff_t first = block * kWrapBlock;
+    for (int k = 0; k < kWrapBlock; ++k)
       measure(anchors, displacements, static_cast<int>(first) + k, maps + (first + k) * kMapNumbers);
-    for (int k = 0; k < kAnchorBlock; k += kCount)
-      complete(anchors.frames + block * 9 * kAnchorBlock + k, maps + (first + k) * kMapNumbers);
+    for (int k = 0; k < kWrapBlock; k += kCount)
+      complete(anchors.frames + block * 9 * kWrapBlock + k, maps + (first + k) * kMapNumbers);
   }
 }
 
@@ -145,12 +150,118 @@ void move_points(const int* offsets, const AnchorWeight* weights, const float* m
   }
 }
 
+/// Numbers of a side in each lane.
+struct Sides {
+  const float* numbers;
+  [[nodiscard, gnu::always_inline]] Numbers at(int i) const {
+    return load<float, kCount>(numbers + std::ptrdiff_t{kWrapBlock} * i);
+  }
+  [[nodiscard, gnu::always_inline]] Three<float> three_at(int i) const { return {{at(i), at(i + 1), at(i + 2)}}; }
+};
+
+[[gnu::always_inline]] inline Three<float> operator+(const Three<float>& a, const Three<float>& b) {
+  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
+}
+
+/// What to - from is for each lane, in lengths of its edge.
+/// @param from, to  from(k), to(k): Vector<double, 4>
+template <class From, class To>
+[[gnu::always_inline]] inline Three<float> change(const From& from, const To& to, const Numbers& per_edge) {
+  const Four<float> all = components<float>([&](int k) __attribute__((always_inline)) {
+    return __builtin_convertvector(to(k) - from(k), Row);
+  });
+  return {{limited(all[0] * per_edge), limited(all[1] * per_edge), limited(all[2] * per_edge)}};
+}
+
+/// What is beyond bending of a stretch >= 1.
+[[gnu::always_inline]] inline Numbers beyond_bending(const Numbers& stretch) {
+  const Numbers grown = 1 + (stretch - kBent) * ((kScaled - 1) / (kScaled - kBent));
+  const Numbers least = grown < 1 ? broadcast<float>(1) : grown;
+  return least < stretch ? least : stretch;
+}
+
+/// How many times as large as usual lengths across triangles are.
+/// @param mean, determinant  the half trace, and the determinant, of the matrices whose eigenvalues are the squares of
+///                           the triangles' stretches
+[[gnu::always_inline]] inline Numbers scale_of(const Numbers& mean, const Numbers& determinant) {
+  constexpr float kSquare = kBent * kBent;
+  const Numbers one = broadcast<float>(1);
+  const Numbers squared = mean * mean - determinant;
+  const Numbers half = square_root<float>(squared > 0 ? squared : Numbers{});
+  const Numbers low = mean - half;
+  const Numbers high = mean + half;
+  const Numbers larger = beyond_bending(square_root<float>(low > 1 ? low : one));
+  constexpr float kLeast = 1e-16F;
+  const Numbers smaller = 1 / beyond_bending(1 / square_root<float>(high > kLeast ? high : broadcast<float>(kLeast)));
+  return low > kSquare ? larger : high * kSquare < 1 ? smaller : one;
+}
+
+/// Of changes alone, so where nothing changes it is 0 to the last digit.
+[[gnu::always_inline]] inline Three<float> push(const Sides& its, const Three<float>& u, const Three<float>& v,
+                                                const Three<float>& x, float growth) {
+  const Three<float> ab = its.three_at(side::kAB);
+  const Three<float> ac = its.three_at(side::kAC);
+  const Three<float> area_at_rest = cross(ab, ac);
+  const Three<float> c = cross(ab, v) + cross(u, ac) + cross(u, v);
+  const Three<float> area = area_at_rest + c;
+  const Numbers squared_at_rest = dot(area_at_rest, area_at_rest);
+  const Numbers squared = dot(area, area);
+  constexpr float kLeastSize = 1e-15F;
+  const Numbers root = square_root<float>(squared);
+  const Numbers size = root > kLeastSize ? root : broadcast<float>(kLeastSize);
+
+  const Numbers change_of_trace = its.at(side::kInverse) * dot(ab + ab + u, u) +
+                                  its.at(side::kInverse + 1) * (2 * (dot(ab, v) + dot(u, ac) + dot(u, v))) +
+                                  its.at(side::kInverse + 2) * dot(ac + ac + v, v);
+  const float per_square = 1 / (growth * growth);
+  const Numbers mean = limited((1 + change_of_trace / 2) * per_square);
+  const Numbers determinant = squared / squared_at_rest * per_square * per_square;
+  const Numbers scale = growth * scale_of(mean, determinant);
+
+  // Lengths of the plane's normal times the size of the area.
+  const Numbers change_of_size = dot(area_at_rest + area, c) / (size + square_root<float>(squared_at_rest));
+  const Numbers wanted = its.at(side::kDistance) * ((scale - 1) * size + change_of_size);
+  const Numbers missing = wanted - (dot(c, its.three_at(side::kPlace) + x) + dot(area_at_rest, x));
+  const Numbers is_less = its.at(side::kDistance) < 0 ? -missing : missing;
+  const Numbers share = is_less > 0 ? its.at(side::kStrength) : its.at(side::kPull);
+  const Numbers along = limited(share * missing / size) / (size * its.at(side::kPerEdge));
+  return {{along * area[0], along * area[1], along * area[2]}};
+}
+
+void push_points(const SidesView& sides, const double* displacements, float growth, float* moves, int begin, int end) {
+  for (std::ptrdiff_t p = begin; p < end; p += kCount) {
+    const std::ptrdiff_t block = p / kWrapBlock;
+    const std::ptrdiff_t lane = p % kWrapBlock;
+    const Sides its{sides.numbers + block * kSideNumbers * kWrapBlock + lane};
+    if (all<float>(its.at(side::kStrength) <= 0)) continue;
+    const int* corners = sides.corners + block * 3 * kWrapBlock + lane;
+    const auto corner = [&](int i) {
+      return [=](int k) __attribute__((always_inline)) {
+        return load<double, 4>(displacements + std::ptrdiff_t{4} * corners[kWrapBlock * i + k]);
+      };
+    };
+    float* its_moves = moves + 4 * (p - begin);
+    const auto moved = [=](int k) __attribute__((always_inline)) {
+      return __builtin_convertvector(load<float, 4>(its_moves + std::ptrdiff_t{4} * k), Vector<double, 4>);
+    };
+    const Numbers per_edge = its.at(side::kPerEdge);
+    const Three<float> pushed =
+        push(its, change(corner(0), corner(1), per_edge), change(corner(0), corner(2), per_edge),
+             change(corner(0), moved, per_edge), growth);
+    for_each_row<float>(
+        {{pushed[0], pushed[1], pushed[2], Numbers{}}}, [&](int k, Row row) __attribute__((always_inline)) {
+          float* move = its_moves + std::ptrdiff_t{4} * k;
+          store<float, 4>(move, load<float, 4>(move) + row);
+        });
+  }
+}
+
 }  // namespace
 
 namespace ARAP_ISA_NAMESPACE {
 
 WrapKernels wrap_kernels();  // declared again in kernels.cpp
-WrapKernels wrap_kernels() { return {find_maps, move_points}; }
+WrapKernels wrap_kernels() { return {find_maps, move_points, push_points}; }
 
 }  // namespace ARAP_ISA_NAMESPACE
 }  // namespace arap

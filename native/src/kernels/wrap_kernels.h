@@ -5,8 +5,8 @@
 
 namespace arap {
 
-/// Anchors are carried in blocks of so many: one line of a cache in single precision.
-inline constexpr int kAnchorBlock = 16;
+/// Anchors and sides are carried in blocks of so many: one line of a cache in single precision.
+inline constexpr int kWrapBlock = 16;
 
 /// Numbers of a map, and of a motion that is a sum of maps: three rows of (D, t), and four more that fill the line.
 inline constexpr int kMapNumbers = 16;
@@ -18,7 +18,7 @@ struct AnchorsView {
   const int* offsets;      ///< (n_anchors + 1,) in the next two
   const int* neighbours;   ///< numbers of vertices
   const float* gradients;  ///< (n_neighbours, 4), the last number is 0
-  const float* frames;     ///< (n_blocks, 9, kAnchorBlock): u, v and the place
+  const float* frames;     ///< (n_blocks, 9, kWrapBlock): u, v and the place
 };
 
 /// A point's share of an anchor's map.
@@ -26,6 +26,26 @@ struct AnchorWeight {
   int anchor;
   float weight;
 };
+
+/// What keeps each point on its side of a triangle, see wrap/surface_sides.h. All but the last of `numbers` is in
+/// lengths of the triangle's longest edge.
+struct SidesView {
+  const int* corners;    ///< (n_blocks, 3, kWrapBlock): numbers of vertices
+  const float* numbers;  ///< (n_blocks, kSideNumbers, kWrapBlock)
+};
+
+/// Where the numbers of a side begin.
+namespace side {
+inline constexpr int kAB = 0;         ///< the edges from the first corner, at rest
+inline constexpr int kAC = 3;         ///< here, too
+inline constexpr int kPlace = 6;      ///< of the point at rest, from the first corner
+inline constexpr int kInverse = 9;    ///< 00, 01 and 11 of the inverse of the products of AB and AC; 0: do not look
+inline constexpr int kDistance = 12;  ///< of the point at rest from the plane; < 0: behind the triangle
+inline constexpr int kStrength = 13;  ///< of the push away from the triangle: from 1 near to it to 0
+inline constexpr int kPull = 14;      ///< of the pull towards it: from 1 on it to 0; 0 without strength
+inline constexpr int kPerEdge = 15;   ///< one over the longest edge
+}  // namespace side
+inline constexpr int kSideNumbers = 16;
 
 struct WrapKernels {
   /// Finds the maps of the anchors in blocks [begin, end).
@@ -39,6 +59,14 @@ struct WrapKernels {
   /// @param moves    (end - begin, 4) takes the result; the last number means nothing
   void (*move_points)(const int* offsets, const AnchorWeight* weights, const float* maps, const float* points,
                       float* moves, int begin, int end);
+
+  /// Adds to the moves of the points [begin, end) what keeps them on their sides, at their distances.
+  /// @param displacements  as above
+  /// @param growth         of lengths along the surface, as usual; > 0
+  /// @param moves          of whole blocks, as move_points() writes them
+  /// @param begin          at a block
+  void (*push_points)(const SidesView& sides, const double* displacements, float growth, float* moves, int begin,
+                      int end);
 };
 
 }  // namespace arap

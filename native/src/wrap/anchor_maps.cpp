@@ -87,13 +87,13 @@ Matrix3 turn_of_line(const Vector3& u, const Vector3& change) {
 }
 
 void set_frame(std::vector<float>& frames, size_t anchor, const Span& span, const Vector3& place) {
-  float* block = frames.data() + anchor / kAnchorBlock * 9 * kAnchorBlock + anchor % kAnchorBlock;
+  float* block = frames.data() + anchor / kWrapBlock * 9 * kWrapBlock + anchor % kWrapBlock;
   const bool has_plane = !span.v.isZero(0);
   for (size_t i = 0; i < 3; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    block[i * kAnchorBlock] = has_plane ? static_cast<float>(span.u[row]) : 0;
-    block[(3 + i) * kAnchorBlock] = static_cast<float>(span.v[row]);
-    block[(6 + i) * kAnchorBlock] = static_cast<float>(place[row]);
+    block[i * kWrapBlock] = has_plane ? static_cast<float>(span.u[row]) : 0;
+    block[(3 + i) * kWrapBlock] = static_cast<float>(span.v[row]);
+    block[(6 + i) * kWrapBlock] = static_cast<float>(place[row]);
   }
 }
 
@@ -101,10 +101,10 @@ void set_frame(std::vector<float>& frames, size_t anchor, const Span& span, cons
 
 AnchorMaps::AnchorMaps(const SurfaceLevels& levels, const std::vector<Node>& anchors, int threads, UsedVertices& used) {
   const auto n = static_cast<int>(anchors.size());
-  const size_t n_blocks = (anchors.size() + kAnchorBlock - 1) / kAnchorBlock;
-  vertices_.assign(n_blocks * kAnchorBlock, 0);
+  const size_t n_blocks = (anchors.size() + kWrapBlock - 1) / kWrapBlock;
+  vertices_.assign(n_blocks * kWrapBlock, 0);
   offsets_.assign(vertices_.size() + 1, 0);
-  frames_.assign(n_blocks * 9 * kAnchorBlock, 0);
+  frames_.assign(n_blocks * 9 * kWrapBlock, 0);
   std::vector<Ring> rings(anchors.size());
   parallel_for(threads, n, [&](int begin, int end) {
     for (int a = begin; a < end; ++a) {
@@ -147,7 +147,7 @@ void AnchorMaps::find(const WrapKernels& kernels, const AlignedBuffer<double>& d
                       AlignedBuffer<float>& maps) const {
   constexpr int kBlocks = 32;
   const AnchorsView anchors = view();
-  parallel_for<kBlocks>(workers, static_cast<int>(vertices_.size() / kAnchorBlock), [&](int begin, int end) {
+  parallel_for<kBlocks>(workers, static_cast<int>(vertices_.size() / kWrapBlock), [&](int begin, int end) {
     kernels.find_maps(anchors, displacements.data(), maps.data(), begin, end);
   });
   for (const OnLine& line : lines_)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/grouped.h"
 #include "geometry/nearest_in_triangle.h"
@@ -37,6 +38,65 @@ std::vector<Corners> fans(const PolygonMesh& surface) {
   return triangles;
 }
 
+/// The heights of a triangle that tells how it is stretched, at least, of its longest edge.
+constexpr double kLeastHeight = .01;
+/// Triangles that tell how the surface grows.
+constexpr size_t kMostSamples = 1000;
+constexpr double kLeastGrowth = 1e-8;
+
+/// A triangle at rest, its plane and the point: what the kernel wants of it.
+class Side {
+ public:
+  /// One that does nothing.
+  Side() : numbers_{1, 0, 0, 0, 1} { numbers_[side::kPerEdge] = 1; }
+
+  /// @param away   distance of the point from the triangle
+  /// @param above  its distance from the plane, < 0: behind it
+  Side(const Vector3& ab, const Vector3& ac, const Vector3& place, double away, double above) {
+    const double longest = longest_edge(ab, ac);
+    put(side::kAB, ab / longest);
+    put(side::kAC, ac / longest);
+    put(side::kPlace, place / longest);
+    const double squared = ab.cross(ac).squaredNorm();
+    if (squared >= std::pow(kLeastHeight * longest * longest, 2))
+      put(side::kInverse, Vector3(ac.squaredNorm(), -ab.dot(ac), ab.squaredNorm()) * longest * longest / squared);
+    numbers_[side::kDistance] = above / longest;
+    numbers_[side::kStrength] = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
+    numbers_[side::kPull] = std::max(1 - away / (kNearest * longest), 0.);
+    numbers_[side::kPerEdge] = 1 / longest;
+  }
+
+  [[nodiscard]] bool is_far() const { return !(numbers_[side::kStrength] > 0); }
+
+  /// @param numbers  of the blocks
+  void write(std::vector<float>& numbers, size_t point) const {
+    float* block = numbers.data() + point / kWrapBlock * kSideNumbers * kWrapBlock + point % kWrapBlock;
+    for (size_t i = 0; i < numbers_.size(); ++i) block[i * kWrapBlock] = static_cast<float>(numbers_[i]);
+  }
+
+ private:
+  void put(int first, const Vector3& values) { std::copy(values.begin(), values.end(), numbers_.begin() + first); }
+
+  std::array<double, kSideNumbers> numbers_{};
+};
+
+/// Of numbers, where they are densest: of ever shorter runs of them, each half as many as the one before, the shortest.
+/// [Bickel and Fruehwirth 2006] What is held moves rigidly, so it decides, even if it is less than half of all.
+double most_common(std::vector<double> numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  size_t begin = 0;
+  size_t n = numbers.size();
+  while (n > 2) {
+    const size_t half = (n + 1) / 2;
+    size_t best = begin;
+    for (size_t k = begin; k + half <= begin + n; ++k)
+      if (numbers[k + half - 1] - numbers[k] < numbers[best + half - 1] - numbers[best]) best = k;
+    begin = best;
+    n = half;
+  }
+  return (numbers[begin] + numbers[begin + n - 1]) / 2;
+}
+
 class Triangles {
  public:
   Triangles(const PolygonMesh& surface, const SurfaceLevels& levels, const Positions& places)
@@ -54,8 +114,19 @@ class Triangles {
     int triangle = -1;
   };
 
+  /// The first corner, and the edges from there.
+  struct Places {
+    Vector3 a;
+    Vector3 ab;
+    Vector3 ac;
+  };
+
   [[nodiscard]] const Corners& corners(int triangle) const { return corners_[triangle]; }
-  [[nodiscard]] Vector3 place(int vertex) const { return places_.row(vertex).transpose(); }
+  [[nodiscard]] Places at(int triangle) const {
+    const Corners& its = corners_[triangle];
+    const Vector3 a = place(its[0]);
+    return {a, place(its[1]) - a, place(its[2]) - a};
+  }
 
   /// Of those at a node and at its neighbours.
   [[nodiscard]] Nearest nearest(int node, const Vector3& place) const {
@@ -66,16 +137,16 @@ class Triangles {
   }
 
  private:
+  [[nodiscard]] Vector3 place(int vertex) const { return places_.row(vertex).transpose(); }
+
   /// Replaces `nearest` by a triangle at the node that is nearer to `place`, and is not degenerate. Of those that share
   /// the nearest edge or corner it is the one that faces the place.
   void look_at(int node, const Vector3& place, Nearest& nearest) const {
     for (const int t : at_node_.of(node)) {
-      const Vector3 a = this->place(corners_[t][0]);
-      const Vector3 b = this->place(corners_[t][1]);
-      const Vector3 c = this->place(corners_[t][2]);
-      const Vector3 area = (b - a).cross(c - a);
-      if (!(area.norm() > kDegenerateHeight * std::pow(longest_edge(b - a, c - a), 2))) continue;
-      const double squared = (place - nearest_in_triangle(place, a, b, c)).squaredNorm();
+      const auto [a, ab, ac] = at(t);
+      const Vector3 area = ab.cross(ac);
+      if (!(area.norm() > kDegenerateHeight * std::pow(longest_edge(ab, ac), 2))) continue;
+      const double squared = (place - nearest_in_triangle(place, a, a + ab, a + ac)).squaredNorm();
       const double above = area.dot(place - a) / area.norm();
       constexpr double kSame = 1e-9;
       const bool is_tie = std::abs(squared - nearest.squared) <= kSame * squared;
@@ -96,64 +167,54 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
                            UsedVertices& used) {
   if (surface.n_faces() == 0) return;
   const Triangles triangles(surface, levels, places);
-  sides_.resize(points.rows());
-  parallel_for(threads, static_cast<int>(points.rows()), [&](int begin, int end) {
+  const auto n = static_cast<int>(points.rows());
+  const size_t n_blocks = (static_cast<size_t>(n) + kWrapBlock - 1) / kWrapBlock;
+  numbers_.resize(n_blocks * kSideNumbers * kWrapBlock);
+  for (size_t p = n; p < n_blocks * kWrapBlock; ++p) Side().write(numbers_, p);
+  std::vector<int> triangle_of_point(n, -1);
+  parallel_for(threads, n, [&](int begin, int end) {
     for (int p = begin; p < end; ++p) {
       const Vector3 place = points.row(p).transpose();
       const Triangles::Nearest nearest = triangles.nearest(nearest_node[p], place);
-      if (nearest.triangle < 0) continue;
-      const Corners& corners = triangles.corners(nearest.triangle);
-      const Vector3 a = triangles.place(corners[0]);
-      const Vector3 ab = triangles.place(corners[1]) - a;
-      const Vector3 ac = triangles.place(corners[2]) - a;
-      const double above = nearest.above;
       const double away = std::sqrt(nearest.squared);
-      const double longest = longest_edge(ab, ac);
-      const double strength = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
-      if (!(strength > 0) || !(std::abs(above) >= kLeastAbove * away)) continue;
-      const double pull = std::max(1 - away / (kNearest * longest), 0.);
-      const double products = ab.dot(ac);
-      const double determinant = ab.cross(ac).squaredNorm();
-      sides_[p] = {corners,
-                   static_cast<float>(strength),
-                   static_cast<float>(pull),
-                   above,
-                   {ac.squaredNorm() / determinant, -products / determinant, ab.squaredNorm() / determinant}};
+      Side its;
+      if (nearest.triangle >= 0 && std::abs(nearest.above) >= kLeastAbove * away) {
+        const auto [a, ab, ac] = triangles.at(nearest.triangle);
+        its = Side(ab, ac, place - a, away, nearest.above);
+        if (!its.is_far()) triangle_of_point[p] = nearest.triangle;
+      }
+      its.write(numbers_, p);
     }
   });
-  for (Side& side : sides_)
-    if (side.corners[0] >= 0)
-      for (int& corner : side.corners) corner = used.number_of(corner);
+  corners_.resize(n_blocks * 3 * kWrapBlock, 0);
+  std::vector<int> near;  // points
+  for (int p = 0; p < n; ++p) {
+    if (triangle_of_point[p] < 0) continue;
+    near.push_back(p);
+    int* block = corners_.data() + p / kWrapBlock * 3 * kWrapBlock + p % kWrapBlock;
+    for (size_t i = 0; i < 3; ++i) block[i * kWrapBlock] = used.number_of(triangles.corners(triangle_of_point[p])[i]);
+  }
+  const size_t step = near.size() / kMostSamples + 1;
+  for (size_t k = 0; k < near.size(); k += step) {
+    const int triangle = triangle_of_point[near[k]];
+    Corners corners = triangles.corners(triangle);
+    for (int& corner : corners) corner = used.number_of(corner);
+    const auto [a, ab, ac] = triangles.at(triangle);
+    samples_.push_back({corners, ab, ac});
+  }
 }
 
-/// Of lengths at rest, if the triangle is larger or smaller in every direction: of its stretches the one nearest to
-/// rest_unit, or that between them. So one that only bends or folds is as large as before.
-double SurfaceSides::length_of(const Side& side, const Vector3& ab, const Vector3& ac, double rest_unit) {
-  const auto [i00, i01, i11] = side.inverse;
-  const double g00 = ab.squaredNorm();
-  const double g01 = ab.dot(ac);
-  const double g11 = ac.squaredNorm();
-  // Squared stretches are the eigenvalues of M = G^-1 times G now.
-  const double m00 = i00 * g00 + i01 * g01;
-  const double m01 = i00 * g01 + i01 * g11;
-  const double m10 = i01 * g00 + i11 * g01;
-  const double m11 = i01 * g01 + i11 * g11;
-  const double mean = (m00 + m11) / 2;
-  const double half = std::sqrt(std::max(0., (m00 - m11) * (m00 - m11) / 4 + m01 * m10));
-  return std::sqrt(std::max(mean - half, std::min(rest_unit * rest_unit, mean + half)));
-}
-
-Vector3 SurfaceSides::pushed(const Side& side, double rest_unit, const Vector3& place, const Vector3& a,
-                             const Vector3& ab, const Vector3& ac) {
-  const Vector3 area = ab.cross(ac);
-  const double squared_size = area.squaredNorm();
-  if (!(squared_size > 0)) return place;
-  const double sign = side.distance < 0 ? -1 : 1;
-  const double wanted = length_of(side, ab, ac, rest_unit) * side.distance;
-  const double missing = sign * (wanted * std::sqrt(squared_size) - area.dot(place - a));  // times the size of the area
-  const auto share = static_cast<double>(missing > 0 ? side.strength : side.pull);
-  if (share == 0) return place;
-  return place + sign * share * missing / squared_size * area;
+double SurfaceSides::growth(const AlignedBuffer<double>& displacements) const {
+  if (samples_.empty()) return 1;
+  const auto displacement = [&](int k) { return Vector3::Map(&displacements[4 * static_cast<size_t>(k)]); };
+  std::vector<double> growths;
+  growths.reserve(samples_.size());
+  for (const auto& [corners, ab, ac] : samples_) {
+    const Vector3 u = displacement(corners[1]) - displacement(corners[0]);
+    const Vector3 v = displacement(corners[2]) - displacement(corners[0]);
+    growths.push_back(std::sqrt((ab + u).cross(ac + v).norm() / ab.cross(ac).norm()));
+  }
+  return std::clamp(most_common(std::move(growths)), kLeastGrowth, 1 / kLeastGrowth);
 }
 
 }  // namespace arap

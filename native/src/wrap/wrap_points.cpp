@@ -23,17 +23,8 @@ void require_memory_for(const PolygonMesh& surface, const Positions& points, int
       "this surface with so many points");
 }
 
-/// Sums over the used vertices.
-struct Moments {
-  Vector3 to = Vector3::Zero();
-  Matrix3 products = Matrix3::Zero();
-
-  void add(const Vector3& place, const Vector3& from_mean) {
-    to += place;
-    products += place * from_mean.transpose();  // from_mean sums to 0, so `place` needs no mean
-  }
-  Moments operator+(const Moments& other) const { return {to + other.to, products + other.products}; }
-};
+/// Vertices that tell the similarity: it need not be the very best.
+constexpr size_t kMostFitted = 4096;
 
 Vector3 mean_of(const Positions& places) { return places.colwise().mean().transpose(); }
 
@@ -68,8 +59,10 @@ WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int 
   }
   used_ = used.vertices();
   used_rest_ = places(used_, Eigen::all);
-  used_mean_ = mean_of(used_rest_);
-  used_square_ = (used_rest_.rowwise() - used_mean_.transpose()).squaredNorm();
+  for (size_t k = 0; k < used_.size(); k += used_.size() / kMostFitted + 1) fitted_.push_back(static_cast<int>(k));
+  const Positions fitted = used_rest_(fitted_, Eigen::all);
+  fitted_mean_ = mean_of(fitted);
+  fitted_square_ = (fitted.rowwise() - fitted_mean_.transpose()).squaredNorm();
   set_pieces(points, piece_of_point);
   meter.add(.2);
 }
@@ -97,54 +90,47 @@ std::vector<AnchorMaps::Node> WrapPoints::set_weights(const SurfaceLevels& level
 }
 
 WrapPoints::Frame WrapPoints::frame_of(const Positions& moved) const {
-  Frame frame;
-  const auto n = static_cast<int>(used_rest_.rows());
-  Positions& places = frame.places;
-  places.resize(n, 3);
   // From the middle of the surface at rest, so that little is lost far from the origin.
   const Row middle = moved.row(used_[0]);
-  const Moments sums = parallel_reduce(
-      workers_, n, Moments{},
-      [&](int begin, int end) {
-        Moments sum;
-        for (int k = begin; k < end; ++k) {
-          places.row(k) = (moved.row(used_[k]) - middle) / size_;
-          sum.add(places.row(k).transpose(), used_rest_.row(k).transpose() - used_mean_);
-        }
-        return sum;
-      },
-      [](const Moments& a, const Moments& b) { return a + b; });
-  const Vector3 to = sums.to / n;
-  frame.rotation = nearest_rotation(sums.products, Matrix3::Identity());
+  const auto place_of = [&](int k) { return Vector3((moved.row(used_[k]) - middle).transpose() / size_); };
+  Vector3 to = Vector3::Zero();
+  Matrix3 products = Matrix3::Zero();
+  for (const int k : fitted_) {
+    to += place_of(k);
+    products += place_of(k) * (used_rest_.row(k) - fitted_mean_.transpose());  // these sum to 0: place_of needs no mean
+  }
+  to /= static_cast<double>(fitted_.size());
+  Frame frame;
+  frame.rotation = nearest_rotation(products, Matrix3::Identity());
   constexpr double kLeastScale = 1e-6;
-  if (used_square_ > 0) frame.scale = frame.rotation.cwiseProduct(sums.products).sum() / used_square_;
-  if (!(frame.scale >= kLeastScale)) frame.scale = 1;
-  frame.rest_unit = 1 / frame.scale;
+  double scale = fitted_square_ > 0 ? frame.rotation.cwiseProduct(products).sum() / fitted_square_ : 1;
+  if (!(scale >= kLeastScale)) scale = 1;
+  const auto n = static_cast<int>(used_.size());
   frame.displacements = AlignedBuffer<double>(4 * static_cast<size_t>(n));
-  const auto displacement = [&](int k) {
-    return Eigen::Vector4d::Map(&frame.displacements[4 * static_cast<size_t>(k)]);
-  };
-  const Matrix3 back = frame.rotation.transpose() / frame.scale;
+  double* const displacements = frame.displacements.data();
+  const Matrix3 back = frame.rotation.transpose() / scale;
   const double largest = parallel_reduce(
       workers_, n, 0.,
       [&](int begin, int end) {
-        double longest = 0;
+        Eigen::Array3d longest = Eigen::Array3d::Zero();
         for (int k = begin; k < end; ++k) {
-          const Vector3 place = back * (places.row(k).transpose() - to) + used_mean_;
-          places.row(k) = place.transpose();
-          displacement(k) << place - used_rest_.row(k).transpose(), 0;
-          longest = std::max(longest, displacement(k).cwiseAbs().maxCoeff());
+          const Vector3 move = back * (place_of(k) - to) + fitted_mean_ - used_rest_.row(k).transpose();
+          double* const its = displacements + 4 * static_cast<size_t>(k);
+          Vector3::Map(its) = move;
+          its[3] = 0;
+          longest = longest.max(move.array().abs());
         }
-        return longest;
+        return longest.maxCoeff();
       },
       [](double a, double b) { return std::max(a, b); });
   // Far beyond what single precision can hold.
   constexpr double kLargest = 1e12;
-  if (largest > kLargest) frame.unit = largest / kLargest;
-  if (frame.unit > 1)
-    for (int k = 0; k < n; ++k) displacement(k) /= frame.unit;
-  frame.shift = size_ * (to - frame.scale * (frame.rotation * used_mean_)) + middle.transpose();
-  frame.scale *= size_;
+  if (largest > kLargest) {
+    frame.unit = largest / kLargest;
+    for (size_t i = 0; i < frame.displacements.size(); ++i) displacements[i] /= frame.unit;
+  }
+  frame.linear = scale * size_ * frame.rotation;
+  frame.shift = size_ * (to - scale * (frame.rotation * fitted_mean_)) + middle.transpose();
   return frame;
 }
 

@@ -41,15 +41,15 @@ class WrapPoints {
     const WrapKernels& own = kernels(isa_).wrap;
     AlignedBuffer<float> maps(maps_.n_numbers());
     maps_.find(own, frame.displacements, workers_, maps);
+    const double growth = sides_.growth(frame.displacements);
     Positions bent(in_pieces_.size(), 3);
     parallel_for<kRange>(workers_, size(), [&](int begin, int end) {
       Moves moves;
       own.move_points(offsets_.data(), weights_.data(), maps.data(), single_rest_.data(), moves.data(), begin, end);
+      if (frame.unit == 1) sides_.push(own, frame.displacements, growth, moves.data(), begin, end);
       for (int p = begin; p < end; ++p) {
         const Vector3 move = Eigen::Vector3f::Map(&moves[4 * static_cast<size_t>(p - begin)]).template cast<double>();
-        const Vector3 bent_place = sides_.keep(p, rest_.row(p).transpose() + frame.unit * move, frame.rest_unit,
-                                               [&](int k) { return Vector3(frame.places.row(k).transpose()); });
-        const Vector3 place = frame.leave(bent_place);
+        const Vector3 place = frame.linear * (rest_.row(p).transpose() + frame.unit * move) + frame.shift;
         if (place_in_pieces_.empty() || place_in_pieces_[p] < 0)
           put(p, place);
         else
@@ -66,14 +66,10 @@ class WrapPoints {
   /// A pose of the surface, seen from where its best fitting similarity leaves everything at rest.
   struct Frame {
     Matrix3 rotation;
-    double scale = 1;
+    Matrix3 linear;  ///< with shift it leaves there
     Vector3 shift;
-    double rest_unit = 1;                 ///< of lengths at rest
     double unit = 1;                      ///< of the displacements: what single precision can hold
     AlignedBuffer<double> displacements;  ///< (n, 4) of used_, the last number 0
-    Positions places;                     ///< of used_
-
-    [[nodiscard]] Vector3 leave(const Vector3& place) const { return scale * (rotation * place) + shift; }
   };
 
   /// @return  the anchors that the weights name
@@ -113,9 +109,10 @@ class WrapPoints {
   std::vector<int> used_;           ///< vertices of the surface
   AnchorMaps maps_;
   SurfaceSides sides_;
-  Positions used_rest_;  ///< (n, 3) of used_
-  Vector3 used_mean_;
-  double used_square_ = 0;    ///< sum of the squared distances from there
+  Positions used_rest_;      ///< (n, 3) of used_
+  std::vector<int> fitted_;  ///< some of used_, which tell the similarity
+  Vector3 fitted_mean_;
+  double fitted_square_ = 0;  ///< sum of the squared distances from there
   std::vector<int> offsets_;  ///< of each point, in weights_
   std::vector<AnchorWeight> weights_;
   std::vector<int> in_pieces_;         ///< points of pieces, those of a piece one after the other

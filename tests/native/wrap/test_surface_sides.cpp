@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -88,6 +89,29 @@ TEST(SurfaceSides, WhatIsOnAPartThatStaysKeepsItsDistance) {
     EXPECT_LT((now.row(k) - points.row(k)).norm(), 1e-5);
   }
   EXPECT_GT(n_held, 100);
+}
+
+TEST(SurfaceSides, DistancesGrowWithAPartThatIsScaledButNotWithOneThatMayBend) {
+  constexpr double kDistance = .03;
+  constexpr std::array kScales = {1., 1., .8, .4, 3.};
+  const MeshData sheet = grid(8, Faces::kQuads);
+  MeshData sheets{"sheets that grow", {}, {}};
+  Positions posed(5 * sheet.n_vertices(), 3);
+  Positions points(5, 3);
+  for (int k = 0; k < 5; ++k) {
+    const int first = sheets.n_vertices();
+    const Vector3 place(10. * k, 0, 0);
+    for (const Vector3& vertex : sheet.vertices) sheets.add_vertex(place + vertex);
+    for (std::vector<int> face : sheet.faces) {
+      for (int& v : face) v += first;
+      sheets.faces.push_back(std::move(face));
+    }
+    posed.middleRows(first, sheet.n_vertices()) = (kScales[k] * sheet.positions()).rowwise() + place.transpose();
+    points.row(k) = (place + Vector3(.1, .2, kDistance)).transpose();
+  }
+  const Positions now = WrapDeformation(sheets.mesh(), points).deform(posed);
+  const Eigen::VectorXd expected = kDistance * Eigen::VectorXd{{1, 1, 1, .4, 3}};
+  EXPECT_LT((now.col(2) - expected).cwiseAbs().maxCoeff(), 1e-3 * kDistance);
 }
 
 TEST(SurfaceSides, WhatIsInsideStaysInside) {
