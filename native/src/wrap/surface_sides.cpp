@@ -81,7 +81,7 @@ class Side {
 };
 
 /// Of numbers, where they are densest: of ever shorter runs of them, each half as many as the one before, the shortest.
-/// [Bickel and Fruehwirth 2006] What is held moves rigidly, so it decides, even if it is less than half of all.
+/// [BF06] What is held moves rigidly, so it decides, even if it is less than half of all.
 double most_common(std::vector<double> numbers) {
   std::sort(numbers.begin(), numbers.end());
   size_t begin = 0;
