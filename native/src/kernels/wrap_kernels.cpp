@@ -222,9 +222,7 @@ template <class From, class To>
   const Numbers change_of_size = dot(area_at_rest + area, c) / (size + square_root<float>(squared_at_rest));
   const Numbers wanted = its.at(side::kDistance) * ((scale - 1) * size + change_of_size);
   const Numbers missing = wanted - (dot(c, its.three_at(side::kPlace) + x) + dot(area_at_rest, x));
-  const Numbers is_less = its.at(side::kDistance) < 0 ? -missing : missing;
-  const Numbers share = is_less > 0 ? its.at(side::kStrength) : its.at(side::kPull);
-  const Numbers along = limited(share * missing / size) / (size * its.at(side::kPerEdge));
+  const Numbers along = limited(its.at(side::kStrength) * missing / size) / (size * its.at(side::kPerEdge));
   return {{along * area[0], along * area[1], along * area[2]}};
 }
 

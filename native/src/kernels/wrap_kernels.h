@@ -41,11 +41,10 @@ inline constexpr int kAC = 3;         ///< here, too
 inline constexpr int kPlace = 6;      ///< of the point at rest, from the first corner
 inline constexpr int kInverse = 9;    ///< 00, 01 and 11 of the inverse of the products of AB and AC; 0: do not look
 inline constexpr int kDistance = 12;  ///< of the point at rest from the plane; < 0: behind the triangle
-inline constexpr int kStrength = 13;  ///< of the push away from the triangle: from 1 near to it to 0
-inline constexpr int kPull = 14;      ///< of the pull towards it: from 1 on it to 0; 0 without strength
-inline constexpr int kPerEdge = 15;   ///< one over the longest edge
+inline constexpr int kStrength = 13;  ///< of what moves the point along the normal: from 1 near to the triangle to 0
+inline constexpr int kPerEdge = 14;   ///< one over the longest edge
 }  // namespace side
-inline constexpr int kSideNumbers = 16;
+inline constexpr int kSideNumbers = 15;
 
 struct WrapKernels {
   /// Finds the maps of the anchors in blocks [begin, end).

@@ -19,11 +19,8 @@ namespace {
 
 using Corners = std::array<int, 3>;
 
-/// Beyond so many of the triangle's longest edges a point is not pushed any more; from half of it on less and less.
+/// Beyond so many of the triangle's longest edges a point does not keep its distance; from half of it on less and less.
 constexpr double kFarthest = 4;
-/// Nearer than so many of them it is also pulled, more and more: what is tight keeps its distance, and nothing jumps
-/// where it changes sides.
-constexpr double kNearest = 1;
 /// A point beside the triangle, as beyond the rim of an open surface, is on no side of it: the least distance from the
 /// plane, of that from the triangle.
 constexpr double kLeastAbove = .5;
@@ -62,7 +59,6 @@ class Side {
       put(side::kInverse, Vector3(ac.squaredNorm(), -ab.dot(ac), ab.squaredNorm()) * longest * longest / squared);
     numbers_[side::kDistance] = above / longest;
     numbers_[side::kStrength] = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
-    numbers_[side::kPull] = std::max(1 - away / (kNearest * longest), 0.);
     numbers_[side::kPerEdge] = 1 / longest;
   }
 

@@ -13,11 +13,11 @@
 
 namespace arap {
 
-/// Keeps points on the side of the surface where they were at rest, at no less than their distance from it. Each has
-/// the plane of the triangle nearest to it; this moves with the surface. So it does not matter which way faces are
-/// turned. What is very near to the surface keeps its distance exactly: a point on it stays on it. Only points that are
-/// near, measured by the triangle's size, are pushed: farther away the surface bends less between its vertices than the
-/// point is away. Distances grow with most of the surface, and where a triangle is far larger or smaller than that.
+/// Keeps points on the side of the surface where they were at rest, at their distance from it. Each has the plane of
+/// the triangle nearest to it; this moves with the surface. So it does not matter which way faces are turned. Only
+/// points that are near, measured by the triangle's size, are held so: farther away the surface bends less between its
+/// vertices than the point is away. Distances grow with most of the surface, and if a triangle is far larger or smaller
+/// than that.
 class SurfaceSides {
  public:
   SurfaceSides() = default;
