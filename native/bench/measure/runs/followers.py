@@ -20,9 +20,9 @@ from typing import Any, final
 import numpy as np
 import zoo
 
-from ..base import machine
 from ..base.carried import Carried, write_carried
 from ..base.installed import blender_python
+from ..base.parts import measure_parts
 from ..base.progress import say
 from ..base.workers import Ended, NotRun, Worker
 from ..inputs.followers import Worn, bent, shell, worn
@@ -197,17 +197,13 @@ def main() -> None:
 
     pictures = args.out.with_suffix("")
     pictures.mkdir(parents=True, exist_ok=True)
-    results: dict[str, Any] = json.loads(args.out.read_text()) if args.out.exists() else {}
     with tempfile.TemporaryDirectory() as folder, Carrier(Path(folder)) as carrier:
         measures: dict[str, Callable[[], Any]] = {
             "worn": lambda: measure_worn(carrier, pictures),
             "dirty": lambda: measure_dirty(carrier),
             "cost": lambda: measure_cost(carrier),
         }
-        for part in args.parts:
-            about = machine.description()
-            results |= {part: measures[part](), "machine": about}
-            args.out.write_text(json.dumps(results, indent=1))
+        measure_parts(args.out, args.parts, measures)
 
 
 if __name__ == "__main__":

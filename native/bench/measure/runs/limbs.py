@@ -10,7 +10,6 @@ folder of the file's name beside it. A leg of armadillo_43k is measured, too, if
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Callable
@@ -20,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import machine
+from ..base.parts import measure_parts
 from ..inputs.limbs import ACROSS, FINGER, ROD_AROUND, Limb, creature_legs, fingers, legs, rods
 from ..inputs.mesh import Floats
 from ..inputs.poses import Y
@@ -103,7 +102,6 @@ def main() -> None:
 
     folder = args.out.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    results: dict[str, Any] = json.loads(args.out.read_text()) if args.out.exists() else {}
     measures: dict[str, Callable[[], Any]] = {
         "limbs": lambda: measure_limbs(folder),
         "fingers": measure_fingers,
@@ -111,10 +109,7 @@ def main() -> None:
         "turned": measure_turned,
         "cost": lambda: measure_cost(args.most),
     }
-    for part in args.parts:
-        about = machine.description()
-        results |= {part: measures[part](), "machine": about}
-        args.out.write_text(json.dumps(results, indent=1))
+    measure_parts(args.out, args.parts, measures)
 
 
 if __name__ == "__main__":
