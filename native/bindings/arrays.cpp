@@ -184,6 +184,16 @@ std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const ch
   return {static_cast<float*>(array.mutable_data()), static_cast<size_t>(array.size())};
 }
 
+std::optional<std::span<const float>> singles_of(const py::object& object, py::ssize_t n_rows) {
+  // Of numpy itself: subclasses may mean something else by their numbers.
+  const bool is_array = Py_TYPE(object.ptr()) == py::detail::npy_api::get().PyArray_Type_;
+  if (!is_array || !py::isinstance<py::array_t<float, py::array::c_style>>(object)) return std::nullopt;
+  const auto array = py::reinterpret_borrow<py::array>(object);
+  const bool is_aligned = (array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
+  if (!is_aligned || array.ndim() != 2 || array.shape(0) != n_rows || array.shape(1) != 3) return std::nullopt;
+  return std::span(static_cast<const float*>(array.data()), static_cast<size_t>(array.size()));
+}
+
 py::array to_array(arap::Positions values) {
   const py::ssize_t rows = values.rows();
   return array_keeping<double>(std::move(values), {rows, py::ssize_t{3}});

@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -82,6 +83,9 @@ arap::Positions positions_from(const py::object& object, const std::string& name
 /// The numbers of a float32 array (n_rows, 3) in C order that is written to, so nothing is converted; none for None.
 /// The array must outlive them.
 std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const char* rows_text = "one row per vertex");
+
+/// The numbers of an array of float32, (n_rows, 3), rows one after the other; of any other object nothing.
+std::optional<std::span<const float>> singles_of(const py::object& object, py::ssize_t n_rows);
 
 /// An array of `values`, whose numbers are Ts one after the other; it keeps them.
 template <typename T, typename Values>

@@ -53,9 +53,15 @@ class BoundWrap {
   [[nodiscard]] const Native& native() const { return *native_; }
 
   [[nodiscard]] py::object deform(Object surface_positions, Object out) const {
+    const std::span<float> numbers = out_from(out, native_->n_points(), "one row per point");
+    const auto singles = singles_of(surface_positions, native_->n_vertices());
+    if (singles && !out.is_none()) {
+      const WithoutGil no_gil;
+      native_->deform(*singles, numbers);
+      return out;
+    }
     const arap::Positions moved = positions_from(surface_positions, "surface_positions", native_->n_vertices(),
                                                  "one row per vertex of the surface");
-    const std::span<float> numbers = out_from(out, native_->n_points(), "one row per point");
     if (out.is_none()) return to_array(posed(moved));
     {
       const WithoutGil no_gil;

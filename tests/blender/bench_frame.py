@@ -16,7 +16,6 @@ import gc
 import importlib
 import json
 import os
-import shutil
 import sys
 import time
 from collections import defaultdict
@@ -24,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-import run
+from bench_in_blender import in_blender
 from frame_times import DRAGS, PINS, Milliseconds, Stopwatch, creature_object, summary
 
 SIZES = (10_000, 100_000, 1_000_000)
@@ -175,28 +174,14 @@ def show(result: dict) -> None:
     sys.stdout.flush()
 
 
-def main() -> None:
-    if run.USER_FOLDER not in os.environ:
-        run.start_again()
-    code = 1
-    try:
-        zip_path, *more = sys.argv[sys.argv.index("--") + 1 :]
-        package = run.install(Path(zip_path).resolve())
-        results = []
-        for size in map(int, more[1:] or SIZES):
-            results.append(bench(package, size))
-            show(results[-1])
-        if more:
-            Path(more[0]).write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-        code = 0
-    finally:
-        shutil.rmtree(os.environ[run.USER_FOLDER], ignore_errors=True)
-        if code:
-            sys.excepthook(*sys.exc_info())
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
+def main(package: str, more: list[str]) -> None:
+    results = []
+    for size in map(int, more[1:] or SIZES):
+        results.append(bench(package, size))
+        show(results[-1])
+    if more:
+        Path(more[0]).write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    in_blender(main)

@@ -62,7 +62,7 @@ class Stopwatch:
         self.watch(importlib.import_module(f"{package}.scene.handle_motion"), "motions", "read handles")
         self.watch(session._map, "targets", "map to targets")
         self.watch(session._model, "solve", "solve")
-        self.watch(session, "_unstretch_solved", "convert")
+        self.watch(session, "_show_solved", "convert")
         self.watch(importlib.import_module(f"{package}.scene.shape_keys"), "write", "write key")
 
     def has(self, name: str) -> bool:

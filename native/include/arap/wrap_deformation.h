@@ -62,12 +62,15 @@ class WrapDeformation {
   WrapDeformation& operator=(const WrapDeformation&) = delete;
 
   /// Where the points go, (n, 3), finite.
-  /// @param surface_positions  (n_vertices, 3) of the surface, finite
+  /// @param surface_positions  (n_vertices, 3) of the surface; those that the points hang on are finite
   /// Throws InvalidInput.
   [[nodiscard]] Positions deform(const Positions& surface_positions) const;
   /// The same in single precision, so that a frame need not allocate.
   /// @param out  (3 n) takes the result, row by row; is any, if it has a number beyond single precision, which throws
   void deform(const Positions& surface_positions, std::span<float> out) const;
+  /// The same from single precision, too, without a copy of the surface.
+  /// @param surface_positions  (3 n_vertices), row by row
+  void deform(std::span<const float> surface_positions, std::span<float> out) const;
 
   [[nodiscard]] int n_points() const;
   [[nodiscard]] int n_vertices() const;  ///< of the surface

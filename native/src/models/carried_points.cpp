@@ -18,10 +18,14 @@ void require_moved(const char* what, const Positions& positions, int n_vertices)
   require_finite(what, positions, [](int v) { return text("vertex ", v); });
 }
 
+void require_three_numbers(const char* what, size_t size, const char* noun, int n) {
+  const size_t n_numbers = 3 * static_cast<size_t>(n);
+  if (size != n_numbers)
+    throw InvalidInput(text(what, " has ", size, " numbers, must have three per ", noun, ", ", n_numbers));
+}
+
 SinglePoints::SinglePoints(const char* what, std::span<float> out, int n_points) : what_(what), out_(out) {
-  const size_t n_numbers = 3 * static_cast<size_t>(n_points);
-  if (out.size() != n_numbers)
-    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per point, ", n_numbers));
+  require_three_numbers("out", out.size(), "point", n_points);
 }
 
 void SinglePoints::require_finite() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <span>
 
 #include "arap/types.h"
@@ -17,6 +18,10 @@ void require_points(const Positions& points, const char* carrier);
 /// Of what moves the points.
 /// @param what  the argument
 void require_moved(const char* what, const Positions& positions, int n_vertices);
+
+/// Of arrays without a shape.
+/// @param noun  what has three numbers; there are n of them
+void require_three_numbers(const char* what, size_t size, const char* noun, int n);
 
 /// Points in single precision, row by row, that threads write to.
 class SinglePoints {

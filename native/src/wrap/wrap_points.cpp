@@ -91,8 +91,8 @@ std::vector<AnchorMaps::Node> WrapPoints::set_weights(const SurfaceLevels& level
 
 WrapPoints::Frame WrapPoints::frame_of(const Positions& moved) const {
   // From the middle of the surface at rest, so that little is lost far from the origin.
-  const Row middle = moved.row(used_[0]);
-  const auto place_of = [&](int k) { return Vector3((moved.row(used_[k]) - middle).transpose() / size_); };
+  const Row middle = moved.row(0);
+  const auto place_of = [&](int k) { return Vector3((moved.row(k) - middle).transpose() / size_); };
   Vector3 to = Vector3::Zero();
   Matrix3 products = Matrix3::Zero();
   for (const int k : fitted_) {

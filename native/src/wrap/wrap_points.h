@@ -33,8 +33,11 @@ class WrapPoints {
   [[nodiscard]] int n_pieces() const { return n_pieces_; }
   [[nodiscard]] const Workers& workers() const { return workers_; }
 
+  /// The vertices of the surface that the points hang on.
+  [[nodiscard]] const std::vector<int>& used() const { return used_; }
+
   /// Calls put(point, place) for all points.
-  /// @param moved  (n_vertices, 3) of the surface
+  /// @param moved  (n, 3) of used()
   template <class Put>
   void deform(const Positions& moved, const Put& put) const {
     const Frame frame = frame_of(moved);

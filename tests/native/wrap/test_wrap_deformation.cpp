@@ -240,6 +240,12 @@ TEST(WrapDeformation, SinglePrecisionIsTheResultRounded) {
   const Positions result = wrap.deform(moved);
   for (Eigen::Index k = 0; k < result.size(); ++k)
     EXPECT_EQ(out[static_cast<size_t>(k)], static_cast<float>(result.data()[k]));
+
+  const std::vector<float> singles(moved.data(), moved.data() + moved.size());
+  std::vector<float> from_singles(points.size());
+  wrap.deform(singles, from_singles);
+  wrap.deform(Positions(moved.cast<float>().cast<double>()), out);
+  EXPECT_EQ(from_singles, out);
   EXPECT_EQ(wrap.n_points(), 60);
   EXPECT_EQ(wrap.n_vertices(), mesh.n_vertices());
 }
@@ -260,6 +266,11 @@ TEST(WrapDeformation, RefusesWhatIsWrong) {
   expect_error<InvalidInput>([&] { static_cast<void>(wrap.deform(points)); },
                              {"surface_positions has 3 rows, expected 4"});
   std::vector<float> out(9);
+  expect_error<InvalidInput>([&] { wrap.deform(out, out); },
+                             {"surface_positions has 9 numbers, must have three per vertex, 12"});
+  Positions infinite = mesh.positions();
+  infinite(2, 1) = std::numeric_limits<double>::infinity();
+  expect_error<InvalidInput>([&] { wrap.deform(infinite, out); }, {"surface_positions: vertex 2 is ("});
   expect_error<InvalidInput>([&] { wrap.deform(1e60 * mesh.positions(), out); },
                              {"surface_positions", "range of single"});
 }

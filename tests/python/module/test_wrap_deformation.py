@@ -58,6 +58,15 @@ def test_a_job_does_what_the_constructor_does():
     assert np.array_equal(wrap.deform(moved_tube()), expected)
 
 
+def test_single_precision_may_go_in_and_out():
+    wrap, moved = WrapDeformation(points_around(), *tube()), moved_tube().astype(np.float32)
+    expected = wrap.deform(moved).astype(np.float32)
+    for given in (moved, np.asfortranarray(moved), np.ma.array(moved)):
+        out = np.empty_like(expected)
+        wrap.deform(given, out=out)
+        np.testing.assert_array_equal(out, expected)
+
+
 def test_progress_is_told():
     told: list[float] = []
     WrapDeformation(points_around(), *tube(), progress=told.append)

@@ -5,9 +5,36 @@
 #include "models/carried_points.h"
 #include "models/input_checks.h"
 #include "parallel/meter.h"
+#include "parallel/parallel.h"
 #include "wrap/wrap_points.h"
 
 namespace arap {
+
+namespace {
+
+constexpr const char* kSurface = "surface_positions";
+
+/// Of positions of the surface, row by row, those that the points hang on.
+template <class Number>
+Positions used_of(const WrapPoints& points, const Number* surface) {
+  const std::vector<int>& used = points.used();
+  Positions moved(used.size(), 3);
+  parallel_for<4096>(points.workers(), static_cast<int>(used.size()), [&](int begin, int end) {
+    for (int k = begin; k < end; ++k)
+      moved.row(k) =
+          Eigen::Matrix<Number, 1, 3>::Map(surface + 3 * static_cast<size_t>(used[k])).template cast<double>();
+  });
+  require_finite(kSurface, moved, [&](int k) { return text("vertex ", used[k]); });
+  return moved;
+}
+
+void put_singles(const WrapPoints& points, const Positions& moved, std::span<float> out) {
+  SinglePoints result(kSurface, out, points.size());
+  points.deform(moved, [&](int p, const Vector3& place) { result.put(p, place); });
+  result.require_finite();
+}
+
+}  // namespace
 
 void WrapOptions::validate() const {
   constexpr int kMostAnchors = 64;
@@ -40,17 +67,21 @@ WrapDeformation::WrapDeformation(WrapDeformation&&) noexcept = default;
 WrapDeformation& WrapDeformation::operator=(WrapDeformation&&) noexcept = default;
 
 Positions WrapDeformation::deform(const Positions& surface_positions) const {
-  require_moved("surface_positions", surface_positions, n_vertices());
+  require_rows(kSurface, surface_positions.rows(), n_vertices());
   Positions result(n_points(), 3);
-  impl_->points.deform(surface_positions, [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
+  impl_->points.deform(used_of(impl_->points, surface_positions.data()),
+                       [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
   return result;
 }
 
 void WrapDeformation::deform(const Positions& surface_positions, std::span<float> out) const {
-  require_moved("surface_positions", surface_positions, n_vertices());
-  SinglePoints result("surface_positions", out, n_points());
-  impl_->points.deform(surface_positions, [&](int p, const Vector3& place) { result.put(p, place); });
-  result.require_finite();
+  require_rows(kSurface, surface_positions.rows(), n_vertices());
+  put_singles(impl_->points, used_of(impl_->points, surface_positions.data()), out);
+}
+
+void WrapDeformation::deform(std::span<const float> surface_positions, std::span<float> out) const {
+  require_three_numbers(kSurface, surface_positions.size(), "vertex", n_vertices());
+  put_singles(impl_->points, used_of(impl_->points, surface_positions.data()), out);
 }
 
 int WrapDeformation::n_points() const { return impl_->points.size(); }
