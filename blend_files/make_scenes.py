@@ -3,8 +3,8 @@
 
     blender -b --factory-startup --python blend_files/make_scenes.py -- OUT_DIR
 
-Writes bar.blend, cactus.blend and creature.blend into OUT_DIR. Blender 3.4 made the files in this folder, so that every
-later one opens them.
+Writes bar.blend, cactus.blend, creature.blend and dressed.blend into OUT_DIR. Blender 3.4 made the files in this
+folder, so that every later one opens them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,12 @@ def main() -> None:
 
     arap_deform.register()
     try:
-        makers = {"bar": samples.make_bars, "cactus": samples.make_cactus, "creature": samples.make_creature}
+        makers = {
+            "bar": samples.make_bars,
+            "cactus": samples.make_cactus,
+            "creature": samples.make_creature,
+            "dressed": samples.make_dressed,
+        }
         for name, make in makers.items():
             blender_scene.save(out / f"{name}.blend", make(api))
     finally:

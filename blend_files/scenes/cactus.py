@@ -8,7 +8,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from .cage import Cage, ellipse
+from .cage import Cage, ellipse, rings_along
 from .quad_mesh import Floats, Ints, QuadMesh, vertex_normals
 from .subdivision import catmull_clark
 
@@ -29,6 +29,7 @@ LEFT_ARM = (
     (-0.39, 1.33, 0.135), (-0.49, 1.33, 0.132), (-0.595, 1.365, 0.136), (-0.65, 1.46, 0.140), (-0.66, 1.57, 0.140),
     (-0.655, 1.66, 0.114), (-0.652, 1.71, 0.065),
 )  # fmt: skip
+SIDE = (0.0, -1.0, 0.0)  # the arms lie in the plane that this is normal to
 RIGHT_BLOCK, LEFT_BLOCK = (3, -2), (6, N // 2 - 2)  # ring, place
 
 POT = (  # radius, z
@@ -118,23 +119,14 @@ def _ring(cage: Cage, radius: float, points: list[Floats]) -> list[int]:
 
 def _arm(cage: Cage, loop: list[int], line: Floats) -> None:
     """Lofts an arm from a hole in the trunk, along a line (m, 3) of x, z and radius."""
-    tangents = np.gradient(line[:, :2], axis=0)
-    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
-    hole = np.array([cage.position(i) for i in loop])
-    offset = hole[0] - hole.mean(axis=0)
-    for (x, z, radius), (tx, tz) in zip(line, tangents, strict=True):
-        across = np.array([-tz, 0.0, tx])
-        side = np.array([0.0, -1.0, 0.0])
-        phase = float(np.arctan2(offset @ side, offset @ across))
-        # The hole is a square, whose first vertex is a corner: the ring keeps its turn in steps of whole vertices.
-        phase = round(phase / (2 * pi / N)) * (2 * pi / N)
-        points = ellipse((x, 0, z), radius * across, radius * side, n=N, phase=phase)
+    centres = np.insert(line[:, :2], 1, 0.0, axis=1)
+    radii = line[:, [2, 2]]
+    for radius, points in zip(line[:, 2], rings_along(cage, loop, centres, radii, SIDE), strict=True):
         upper = _ring(cage, radius, points)
         cage.loft(loop, upper)
         loop = upper
-        offset = points[0] - np.array([x, 0, z])
-    x, z, _ = line[-1]
-    cage.cap(loop, (x + 0.01 * tangents[-1][0], 0, z + 0.01 * tangents[-1][1]))
+    end = centres[-1] - centres[-2]
+    cage.cap(loop, centres[-1] + 0.01 * end / np.linalg.norm(end))
 
 
 def _colors(crest: Floats) -> Floats:

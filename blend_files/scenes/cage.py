@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import cos, pi, sin
 
 import numpy as np
@@ -140,3 +140,27 @@ def ellipse(centre: Point, axis_u: Point, axis_v: Point, n: int = 8, phase: floa
     centre, u, v = (np.asarray(p, dtype=np.float64) for p in (centre, axis_u, axis_v))
     angles = [phase + 2 * pi * i / n for i in range(n)]
     return [centre + cos(a) * u + sin(a) * v for a in angles]
+
+
+def rings_along(cage: Cage, loop: Sequence[int], centres: Floats, radii: Floats, side: Point) -> Iterator[list[Floats]]:
+    """Rings of points around a line, which are lofted one after the other from a square hole in a cage.
+
+    Args:
+        cage: the cage.
+        loop: the vertices around the hole, the first one at a corner of it.
+        centres: (m, 3) places along the line.
+        radii: (m, 2) of the rings' ellipses, across ``side`` and along it.
+        side: a direction across the line.
+    """
+    n, tangents = len(loop), np.gradient(centres, axis=0)
+    hole = np.array([cage.position(i) for i in loop])
+    offset = hole[0] - hole.mean(axis=0)
+    for centre, radius, tangent in zip(centres, radii, tangents, strict=True):
+        across = np.cross(side, tangent)
+        across /= np.linalg.norm(across)
+        along = np.cross(tangent, across) / np.linalg.norm(tangent)
+        # The hole is a square, whose first vertex is a corner: the ring keeps its turn in steps of whole vertices.
+        phase = round(float(np.arctan2(offset @ along, offset @ across)) / (2 * pi / n)) * (2 * pi / n)
+        points = ellipse(centre, radius[0] * across, radius[1] * along, n, phase)
+        yield points
+        offset = points[0] - centre

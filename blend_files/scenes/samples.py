@@ -14,6 +14,9 @@ from .bar import SIZE, bar, bar_groups
 from .blender_scene import LAST_FRAME, Finish, Move
 from .cactus import TOP, cactus, cactus_groups, flower, pot
 from .creature import creature, creature_groups
+from .figure import figure, figure_groups
+from .figure_clothes import belt, buttons, shirt
+from .figure_head import eyes, hair, smile
 from .quad_mesh import Ints
 
 FUR = Finish("Fur", None, roughness=0.65, specular=0.2)
@@ -129,6 +132,67 @@ def make_cactus(api: ModuleType) -> bpy.types.Object:
     for name, moves in CACTUS_MOVES.items():
         scenes.animate(handles[name], moves, CACTUS_PIVOTS[name])
     scenes.studio(scene, (0.62, 0.47, 0.30), (0.05, 0.0, 1.10), (2.2, -6.8, 2.1), size=1.2, lens=88.0)
+    return obj
+
+
+BODY = (
+    Finish("Child", None, roughness=0.55),
+    Finish("Scalp", (0.20, 0.070, 0.020), roughness=0.8),
+    Finish("Trousers", (0.035, 0.085, 0.26), roughness=0.85),
+    Finish("Shoes", (0.26, 0.075, 0.030), roughness=0.4),
+)
+WORN = {
+    "Shirt": (shirt, (Finish("Cloth", (0.72, 0.10, 0.055), roughness=0.8),)),
+    "Belt": (belt, (Finish("Leather", (0.10, 0.040, 0.018), roughness=0.45),)),
+    "Buttons": (buttons, (Finish("Horn", (0.90, 0.80, 0.58), 0.35), Finish("Brass", (0.85, 0.52, 0.10), 0.25, 0.6))),
+    "Eyes": (
+        eyes,
+        (
+            Finish("White", (0.90, 0.90, 0.90), 0.1, 0.6),
+            Finish("Iris", (0.06, 0.27, 0.33), 0.1, 0.6),
+            Finish("Pupil", (0.008, 0.008, 0.010), 0.05, 0.6),
+        ),
+    ),
+    "Hair": (hair, (Finish("Hair", None, roughness=0.5),)),
+    "Smile": (smile, (Finish("Lips", (0.50, 0.065, 0.055)), Finish("Brows", (0.13, 0.042, 0.014), 0.8))),
+}
+DRESSED_PIVOTS = {"Head": (0.0, 0.0, 1.14), "Hand L": (0.22, 0.0, 0.95), "Hand R": (-0.22, 0.0, 0.95)}
+DRESSED_MOVES = {
+    "Head": (
+        Move(1),
+        Move(14, (0, 9, 8)),
+        Move(31, (0, 5, 12)),
+        Move(48, (-2, 9, 10)),
+    ),
+    "Hand L": (
+        Move(1),
+        Move(10, (0, -60, 0), (0.0, -0.03, 0.0)),
+        Move(18, (0, -86, 0), (0.02, -0.05, 0.0)),
+        Move(26, (0, -66, 0), (0.02, -0.05, 0.0)),
+        Move(34, (0, -86, 0), (0.02, -0.05, 0.0)),
+        Move(41, (0, -68, 0), (0.02, -0.05, 0.0)),
+        Move(48, (0, -84, 0), (0.02, -0.05, 0.0)),
+    ),
+    "Hand R": (
+        Move(1),
+        Move(16, (0, -18, 0)),
+        Move(48, (0, -14, 0)),
+    ),
+}
+
+
+def make_dressed(api: ModuleType) -> bpy.types.Object:
+    """The child in its clothes, which are objects of their own: it waves, and they go along."""
+    scene = scenes.empty_file()
+    mesh = figure()
+    obj = scenes.mesh_object("Child", mesh, BODY)
+    worn = [scenes.mesh_object(name, make(mesh), finishes) for name, (make, finishes) in WORN.items()]
+    handles = _bind(api, obj, figure_groups(mesh), ("Foot L", "Foot R"), tuple(DRESSED_MOVES))
+    api.carry_along(obj, worn)
+    obj.arap.active_follower_index = 0
+    for name, moves in DRESSED_MOVES.items():
+        scenes.animate(handles[name], moves, DRESSED_PIVOTS[name])
+    scenes.studio(scene, (0.30, 0.44, 0.52), (0.0, 0.0, 0.90), (1.5, -6.4, 1.6), lens=108.0)
     return obj
 
 

@@ -8,7 +8,8 @@ from looks import edge_lengths, key_positions, rest_positions
 from support import SceneTest, bpy, module
 
 FILES = Path(__file__).resolve().parents[2] / "blend_files"
-POSED = {"bar": ("Bar bend", "Bar twist"), "cactus": ("Cactus",), "creature": ("Creature",)}
+POSED = {"bar": ("Bar bend", "Bar twist"), "cactus": ("Cactus",), "creature": ("Creature",), "dressed": ("Child",)}
+WORN = {"Shirt": "bend", "Belt": "bend", "Buttons": "rigid", "Eyes": "rigid", "Hair": "bend", "Smile": "bend"}
 
 
 def hard_vertices(obj, group):
@@ -50,6 +51,16 @@ class BlendFileTest(SceneTest):
                 with self.subTest(obj.name):
                     self.assertEqual(self.api.solve(obj).parts_at_rest, 0)
                     self.check_pose(obj)
+
+    def test_what_is_worn_goes_along(self):
+        scene, (child,) = self.open("dressed")
+        followers = child.arap.followers
+        self.assertEqual({follower.target.name: follower.kind for follower in followers}, WORN)
+        scene.frame_set(scene.frame_end)
+        self.api.solve(child)
+        for obj in (follower.target for follower in followers):
+            with self.subTest(obj.name):
+                self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj)).max(), 0.01)
 
     def check_pose(self, obj):
         rest, posed = rest_positions(obj), key_positions(obj)

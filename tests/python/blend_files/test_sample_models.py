@@ -8,11 +8,14 @@ import pytest
 from scenes.bar import bar, bar_groups
 from scenes.cactus import cactus, cactus_groups, flower, pot
 from scenes.creature import creature, creature_arrays, creature_groups
-from scenes.quad_mesh import FLIP_X, edges_of
+from scenes.figure import figure, figure_groups
+from scenes.figure_clothes import GAP, belt, buttons, shirt
+from scenes.figure_head import eyes, hair, smile
+from scenes.quad_mesh import FLIP_X, edges_of, vertex_normals
 from scenes.subdivision import catmull_clark, split_by_three
 
 BLEND_FILES = Path(__file__).resolve().parents[3] / "blend_files"
-MAKERS = (bar, cactus, creature, flower, pot)
+MAKERS = (bar, cactus, creature, figure, flower, pot)
 
 
 @pytest.fixture(scope="module")
@@ -20,20 +23,30 @@ def cub():
     return creature()
 
 
+@pytest.fixture(scope="module")
+def child():
+    return figure()
+
+
 def volume(mesh):
     a, b, c, d = np.moveaxis(mesh.positions[mesh.quads], 1, 0)
     return (np.cross(b, c) + np.cross(c, d)).ravel() @ a.ravel() / 6.0
 
 
-@pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
-def test_model_is_one_closed_surface_facing_outwards(make):
-    mesh = make()
+def check_closed(mesh):
     edges, side_edge = edges_of(mesh.quads)
     assert (np.bincount(side_edge.ravel()) == 2).all(), "an edge has not two faces"
     forwards = mesh.quads < np.roll(mesh.quads, -1, axis=1)
     assert (np.bincount(side_edge[forwards], minlength=len(edges)) == 1).all(), "neighbours face different ways"
-    assert len(mesh.positions) - len(edges) + len(mesh.quads) == 2, "not one sphere"
     assert volume(mesh) > 0.0
+
+
+@pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
+def test_model_is_one_closed_surface_facing_outwards(make):
+    mesh = make()
+    edges, _ = edges_of(mesh.quads)
+    assert len(mesh.positions) - len(edges) + len(mesh.quads) == 2, "not one sphere"
+    check_closed(mesh)
     assert np.unique(mesh.quads).size == len(mesh.positions), "a vertex in no face"
     assert np.isfinite(mesh.positions).all()
 
@@ -91,6 +104,39 @@ def test_creature_has_no_needles(cub):
     assert angles.max() < 165.0
 
 
+def test_figure_is_mirror_symmetric(child):
+    assert is_mirror_symmetric(child)
+
+
+@pytest.mark.parametrize("make", [belt, buttons, eyes, smile], ids=lambda make: make.__name__)
+def test_what_is_closed_of_the_clothes_faces_outwards(child, make):
+    check_closed(make(child))
+
+
+def test_shirt_is_an_open_sheet_outside_of_the_figure(child):
+    worn, covered = shirt(child), child.quads[child.face_data["covered"] == 1]
+    under = np.unique(covered)
+    away = ((worn.positions - child.positions[under]) * vertex_normals(child)[under]).sum(axis=1)
+    assert away.min() > 0.99 * GAP
+    assert (face_normals(worn.positions, worn.quads) * face_normals(child.positions, covered)).sum(axis=1).min() > 0.5
+    _, side_edge = edges_of(worn.quads)
+    assert np.bincount(side_edge.ravel()).min() == 1
+
+
+def test_hair_is_outside_of_the_head(child):
+    cards = hair(child)
+    normals, points = vertex_normals(child), child.positions
+    head = np.flatnonzero(points[:, 2] > 1.2)
+    nearest = head[[np.linalg.norm(points[head] - place, axis=1).argmin() for place in cards.positions]]
+    assert ((cards.positions - points[nearest]) * normals[nearest]).sum(axis=1).min() > 0.0
+
+
+def face_normals(positions, quads):
+    a, b, c, d = np.moveaxis(positions[quads], 1, 0)
+    normals = np.cross(c - a, d - b)
+    return normals / np.linalg.norm(normals, axis=1)[:, None]
+
+
 def test_creature_groups_are_mirror_images_and_apart(cub):
     groups = creature_groups(cub)
     for name in groups:
@@ -102,7 +148,8 @@ def test_creature_groups_are_mirror_images_and_apart(cub):
 
 
 @pytest.mark.parametrize(
-    ("make", "groups_of"), [(bar, bar_groups), (cactus, cactus_groups), (creature, creature_groups)]
+    ("make", "groups_of"),
+    [(bar, bar_groups), (cactus, cactus_groups), (creature, creature_groups), (figure, figure_groups)],
 )
 def test_groups_leave_most_of_the_model_free(make, groups_of):
     mesh = make()
@@ -111,6 +158,6 @@ def test_groups_leave_most_of_the_model_free(make, groups_of):
     assert sum(sizes) < 0.6 * len(mesh.positions)
 
 
-@pytest.mark.parametrize("name", ["bar", "cactus", "creature"])
+@pytest.mark.parametrize("name", ["bar", "cactus", "creature", "dressed"])
 def test_sample_file_is_small(name):
     assert (BLEND_FILES / f"{name}.blend").stat().st_size < 3_000_000
