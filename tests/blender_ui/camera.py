@@ -127,11 +127,11 @@ def open_creature(ui: Ui) -> Steps:
     return creature
 
 
-def begin_pull(ui: Ui) -> Generator[None, None, bpy.types.Object]:
-    """The sample creature without its handles, seen from the front, and the tool in hand."""
-    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"))
+def begin_pull(ui: Ui, sample: str = "creature") -> Generator[None, None, bpy.types.Object]:
+    """The posed mesh of a sample without its handles, seen from the front, and the tool in hand."""
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{sample}.blend"))
     yield
-    creature = next(obj for obj in bpy.data.objects if obj.type == "MESH")
+    creature = next(obj for obj in bpy.data.objects if obj.type == "MESH" and obj.arap.handles)
     for obj in [obj for obj in bpy.data.objects if obj.type in {"EMPTY", "ARMATURE"}]:
         bpy.data.objects.remove(obj)
     creature.arap.handles.clear()
