@@ -24,6 +24,7 @@ What stays, what moves, what is stiff:
 What goes along:
 
 - carry_along(), stop_carrying(): clothes, hair and eyes follow a mesh however it is posed.
+- pose_together(), remove_stand_in(): several meshes are posed as one, through a stand-in.
 
 A pose:
 
@@ -74,6 +75,7 @@ from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle
 from .setup.pins import add_pin, add_pin_group, remove_pin
 from .setup.stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
+from .together.make import pose_together, remove_stand_in
 
 __all__ = [
     "NOW",
@@ -101,10 +103,12 @@ __all__ = [
     "export_mesh_cache",
     "make_cage",
     "mirror_pose",
+    "pose_together",
     "poses_to_keys",
     "prepare_session",
     "remove_handle",
     "remove_pin",
+    "remove_stand_in",
     "remove_stiffness",
     "reset_handles",
     "reset_pose",

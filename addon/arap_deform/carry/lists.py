@@ -55,7 +55,7 @@ def carry_along(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     inverse = np.linalg.inv(handle_motion.object_matrix(body, depsgraph))
     places = [inverse @ handle_motion.object_matrix(target, depsgraph) for target in targets]
-    kinds = [kind or looks for looks in _looks(body, targets, places)]
+    kinds = [kind] * len(targets) if kind else _looks(body, targets, places)
     for each in zip(targets, places, kinds, strict=True):
         _add(body, *each, is_set=bool(kind))
     added = [follower for follower in body.arap.followers if follower.target in targets]

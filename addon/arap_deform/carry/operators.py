@@ -8,7 +8,15 @@ from collections.abc import Sequence
 import bpy
 
 from ..core.naming import listed
-from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
+from ..ui.checks import (
+    ArapOperator,
+    check_visible,
+    posed_object,
+    select_alone,
+    why_not_changeable,
+    why_not_object_mode,
+)
+from .bodies import body_of, moving_mesh
 from .lists import carry_along, remove_at
 from .near import find_near
 
@@ -41,6 +49,11 @@ def why_no_follower(context: bpy.types.Context) -> str:
     return why_no_body(context) or (
         "" if posed_object(context).arap.followers else "Nothing goes along yet: the list is empty"
     )
+
+
+def why_moved_by_nothing(context: bpy.types.Context) -> str:
+    """As why_no_body(). The mesh must go along with another one."""
+    return why_no_body(context) or ("" if body_of(posed_object(context)) else "This mesh goes along with nothing")
 
 
 class CarryOperator(ArapOperator):
@@ -76,6 +89,19 @@ class ARAP_OT_carry_near(CarryOperator, bpy.types.Operator):
         if not found:
             raise ValueError(f"No other mesh is near '{obj.name}': select what goes along, then it, and Carry Along")
         self.carry(obj, found)
+
+
+class ARAP_OT_carry_select(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.carry_select"
+    bl_label = "Select What It Goes Along With"
+    bl_description = "Select the mesh that moves this one, to pose that"
+    why_not = staticmethod(why_moved_by_nothing)
+    ends_itself = True
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        body = moving_mesh(obj)
+        check_visible(body)
+        select_alone(context, body)
 
 
 class ARAP_OT_carry_remove(ArapOperator, bpy.types.Operator):

@@ -49,6 +49,7 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         if settings.carried.body is not None:
             draw_text(context, layout, f"Goes along with '{settings.carried.body.name}'.", "INFO")
+            layout.operator("arap.carry_select", text="Select It", icon="RESTRICT_SELECT_OFF")
         index = settings.active_follower_index
         if settings.followers:
             row = layout.row()
@@ -68,3 +69,7 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("arap.carry_along", icon="MOD_CLOTH")
         column.operator("arap.carry_near", icon="VIEWZOOM")
+        column = layout.column(align=True)
+        column.operator("arap.pose_together", icon="MOD_LATTICE")
+        if settings.is_stand_in:
+            column.operator("arap.stand_in_remove", icon="X")

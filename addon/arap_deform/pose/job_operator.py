@@ -54,6 +54,10 @@ class JobOperator(ModalOperator, ArapOperator):
     options: bpy.types.OperatorOptions
     _run: JobRun
 
+    def chosen(self, context: bpy.types.Context) -> bpy.types.Object:
+        """The object that begin() takes."""
+        return posed_object(context)
+
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> Job[Any]:
         raise NotImplementedError
 
@@ -69,7 +73,7 @@ class JobOperator(ModalOperator, ArapOperator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Does the job: in one call without a window or if Blender repeats it, else in steps of modal()."""
-        job = self.begin(context, posed_object(context))
+        job = self.begin(context, self.chosen(context))
         is_repeat = self.options.is_repeat or self.options.is_repeat_last
         if bpy.app.background or context.window is None or is_repeat:
             self.report_result(job, run_job(job))

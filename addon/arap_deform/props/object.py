@@ -225,6 +225,10 @@ class ArapObject(bpy.types.PropertyGroup):
         type=ArapCarried, name="Carried", description="What is known of the mesh that this one goes along with"
     )
 
+    is_stand_in: BoolProperty(
+        options={"HIDDEN"}, description="The mesh was made to pose others together, which go along with it"
+    )
+
     pull_pins: CollectionProperty(
         type=ArapPullPin, name="Pull Pins", description="Pieces that ARAP Pull holds", options={"HIDDEN"}
     )

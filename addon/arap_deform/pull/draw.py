@@ -9,6 +9,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..carry.bodies import moving_mesh
 from ..core.arrays import Floats
 from ..props import preferences
 from ..props.bounds import bounded
@@ -38,7 +39,8 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     if not hasattr(bpy.types.Object, "arap"):
         return  # the add-on was disabled while another workspace had the tool
     region, region_data = context.region, context.region_data
-    obj = find_posed_object(context)
+    in_hand = find_posed_object(context)
+    obj = moving_mesh(in_hand) if in_hand is not None else None
     if region is None or region_data is None:
         return
     corner = np.array([region.x, region.y], dtype=np.float64)

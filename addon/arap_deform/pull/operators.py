@@ -28,7 +28,7 @@ from ..ui.checks import (
 from ..ui.modal import ModalOperator
 from . import pins, tool
 from .drag import Mode, press_place
-from .other_mesh import mesh_at
+from .other_mesh import mesh_at, pulled_object
 from .region import Grab
 from .run import Grip, PullRun, find_grip, grabs_at, remove_pins_at, runs
 
@@ -82,7 +82,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         # A press always begins: passed on, it would let Blender select and move objects.
         self._take_grip(context)
         if not self._is_held and self._grip is None:
-            lack = f"'{posed_object(context).name}' is not under the mouse: point at the mesh"
+            lack = f"'{pulled_object(context).name}' is not under the mouse: point at the mesh"
             raise ValueError(self._problem or lack)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -150,13 +150,14 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         if obj is None:
             raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
         self._run = PullRun(context, obj, self._grip)
+        _take_in_hand(context, obj)
         self._run.drag.set_mode(_mode_of(event))
         self._run.move(mouse)
         return {"RUNNING_MODAL"}
 
     @reports_errors
     def _click(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
+        obj = pulled_object(context)
         other = None if self._is_ctrl else mesh_at(context, self._mouse)
         if other is not None and other != obj:
             select_alone(context, other)
@@ -165,6 +166,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         self._check()
         if self._grip is None:
             return {"CANCELLED"}
+        _take_in_hand(context, obj)
         pick = self._grip.pick
         if self._is_ctrl:
             if not remove_pins_at(obj, pick):
@@ -227,14 +229,20 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
 
 
 def _grip_at(context: bpy.types.Context, mouse: tuple[int, int]) -> Grip | None:
-    """As find_grip(), on the mesh in hand. Raises ValueError too if that cannot be pulled."""
-    obj = posed_object(context)
-    reason = why_not_pullable(context)
+    """As find_grip(), on pulled_object(). Raises ValueError too if that cannot be pulled."""
+    obj = pulled_object(context)
+    reason = why_not_pullable(context, obj)
     if reason:  # not in poll(): if poll() fails, Blender shows no message and passes the key on
         raise ValueError(reason)
     shape_keys.check_writable(obj)
     pins.forget_stale(obj)
     return find_grip(context, obj, mouse)
+
+
+def _take_in_hand(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """What is pulled through another mesh that goes along with it: the tab and the pins shown are of that."""
+    if posed_object(context) != obj:
+        select_alone(context, obj)
 
 
 def _severity(end: End) -> str:

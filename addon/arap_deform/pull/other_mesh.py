@@ -1,25 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Another mesh under the mouse, in front of the one in hand: a click takes it in hand."""
+"""Which mesh the tool pulls: the one in hand, or another one under the mouse, which a click takes in hand."""
 
 from __future__ import annotations
 
 import bpy
 from mathutils import Vector
 
+from ..carry.bodies import moving_mesh
+from ..ui.checks import posed_object
 from .seen_mesh import view_of
 from .view import Pixels
 
 SEEN_THROUGH = {"BOUNDS", "WIRE"}
 
 
+def pulled_object(context: bpy.types.Context) -> bpy.types.Object:
+    """The mesh in hand, or what moves that. Raises ValueError if there is none."""
+    return moving_mesh(posed_object(context))
+
+
 def mesh_at(context: bpy.types.Context, pixel: Pixels) -> bpy.types.Object | None:
-    """The mesh that is seen at a pixel and may be selected; None if there is none, as on a copy of a collection."""
+    """The mesh that is seen at a pixel and may be selected, or what moves that.
+
+    None if there is none, as on a copy of a collection.
+    """
     origin, direction = view_of(context.region, context.region_data).ray(pixel)
     depsgraph = context.evaluated_depsgraph_get()
     is_hit, _, _, _, found, _ = context.scene.ray_cast(depsgraph, Vector(origin), Vector(direction))
     obj = found.original if is_hit else None
-    if obj is None or obj.type != "MESH" or obj.hide_select or obj.display_type in SEEN_THROUGH:
+    if obj is None or obj.type != "MESH":
         return None
+    # A stand-in is not seen, but its meshes are, at the same place.
+    if not obj.arap.is_stand_in and (obj.hide_select or obj.display_type in SEEN_THROUGH):
+        return None
+    obj = moving_mesh(obj)
     space = context.space_data
     is_visible = obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None)
     return obj if is_visible else None

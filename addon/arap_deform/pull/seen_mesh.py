@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
 from ..core.graph import fans
 from ..core.transforms import transformed
 from ..scene import meshes, versions
+from .ray import cast
 from .region import connected_within
 from .view import View
 
@@ -87,24 +87,23 @@ def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> Vi
 def pick(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, view: View, pixel: tuple[float, float], radius_px: float
 ) -> Pick | None:
-    """The part of the mesh under a pixel; None if the mesh is not there.
+    """The part of the mesh under a pixel, or near what is there and goes along with it; None if neither is there.
 
     Raises:
         ValueError: modifiers have made the surface there, and no vertex of the mesh belongs to it.
     """
     origin, direction = view.ray(pixel)
-    hit = _cast(obj, depsgraph, origin, direction)
+    hit = cast(obj, depsgraph, origin, direction)
     if hit is None:
         return None
-    place, normal, face = hit
     seen = read(obj, depsgraph)
     if seen.is_own:
-        seeds = seen.topology.corner_vertices[slice(*seen.topology.face_starts[face : face + 2])]
+        seeds = seen.topology.corner_vertices[slice(*seen.topology.face_starts[hit.face : hit.face + 2])]
     else:
-        seeds = _nearest_own(obj, seen, place)
-    radius = radius_px * view.pixel_size(place)
-    vertices = connected_within(seen.positions, seen.topology.edges, seeds, place, radius)
-    return Pick(place, normal, vertices, seeds, radius)
+        seeds = _nearest_own(obj, seen, hit.place)
+    radius = radius_px * view.pixel_size(hit.place)
+    vertices = connected_within(seen.positions, seen.topology.edges, seeds, hit.place, radius)
+    return Pick(hit.place, hit.normal, vertices, seeds, radius)
 
 
 def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
@@ -142,21 +141,6 @@ def _is_opaque(modifier: bpy.types.Modifier) -> bool:
     if kind == "SOLIDIFY":
         return bool(modifier.solidify_mode != "EXTRUDE")
     return kind in MAKES_VERTICES
-
-
-def _cast(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats
-) -> tuple[Floats, Floats, int] | None:
-    """World place and normal, and face, of the evaluated mesh that a ray meets first."""
-    evaluated = obj.evaluated_get(depsgraph)
-    world = meshes.read_matrix(obj, depsgraph)
-    inverse: Floats = np.asarray(np.linalg.inv(world))
-    start, along = transformed(inverse, origin), inverse[:3, :3] @ direction
-    is_hit, place, normal, face = evaluated.ray_cast(Vector(start), Vector(along / np.linalg.norm(along)))
-    if not is_hit or face < 0:
-        return None
-    outwards = inverse[:3, :3].T @ np.array(normal)
-    return transformed(world, np.array(place)), outwards / np.linalg.norm(outwards), int(face)
 
 
 def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:

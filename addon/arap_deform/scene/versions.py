@@ -54,6 +54,21 @@ def write_positions(mesh: bpy.types.Mesh, positions: Float32s) -> None:
     source.foreach_set(name, positions.ravel())
 
 
+def new_mesh(name: str, positions: Float32s, triangles: NDArray[np.int32]) -> bpy.types.Mesh:
+    """A mesh of (n, 3) contiguous positions and (t, 3) triangles."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(positions))
+    mesh.loops.add(triangles.size)
+    mesh.polygons.add(len(triangles))
+    write_positions(mesh, positions)
+    mesh.loops.foreach_set("vertex_index", triangles.ravel())
+    mesh.polygons.foreach_set("loop_start", np.arange(0, triangles.size, 3, dtype=np.int32))
+    if bpy.app.version < (3, 6, 0):  # later a face ends where the next one begins
+        mesh.polygons.foreach_set("loop_total", np.full(len(triangles), 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    return mesh
+
+
 def _positions_source(mesh: bpy.types.Mesh) -> tuple[Any, str]:
     # 3.5: the attribute; since then mesh.vertices is the slow way.
     attribute = mesh.attributes.get("position")

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..carry.bodies import body_of
 from ..core import sessions
 from ..follow.act import Phase, PoseAct
 from ..live import runs
@@ -48,6 +49,9 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step(reason)
     if why_baked(obj):
         return Step("Edit Again shows the pose in place of the bake.")
+    body = body_of(obj)
+    if body is not None:
+        return Step(f"It goes along with '{body.name}'. A pull of it pulls that.")
     return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(context, obj))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..carry.bodies import body_of
 from ..core import sessions
 from ..core.naming import listed
 from ..live import runs
@@ -59,6 +60,8 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
     pair = button_row(context, column)
     pair.operator("arap.handle_add", icon="EMPTY_AXIS")
     pair.operator("arap.pin_add", icon="PINNED")
+    if body_of(obj) is not None:
+        column.operator("arap.carry_select", icon="RESTRICT_SELECT_OFF")
     if selected_armatures(context):
         column.operator("arap.bones_add", icon="BONE_DATA")
     if remembered.has_foreign_handles(obj):

@@ -83,8 +83,11 @@ def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Objec
 def why_no_mesh(context: bpy.types.Context) -> str:
     """Why there is no mesh to work on, '' if there is one."""
     obj = find_posed_object(context)
-    if obj is None:
-        return "Select a mesh first"
+    return why_not_local(obj) if obj is not None else "Select a mesh first"
+
+
+def why_not_local(obj: bpy.types.Object) -> str:
+    """Why a pose of the mesh would not be saved, '' if it would be."""
     if obj.library is not None or obj.data.library is not None:
         return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
     if meshes.is_override(obj) or meshes.is_override(obj.data):
@@ -97,10 +100,10 @@ def why_no_mesh(context: bpy.types.Context) -> str:
 
 def why_not_idle(context: bpy.types.Context) -> str:
     """As why_no_mesh(). The mesh must be in Object Mode, and no act and no render may be using it."""
-    reason = why_no_mesh(context)
-    if reason:
-        return reason
-    obj = posed_object(context)
+    return why_no_mesh(context) or _why_not_idle(posed_object(context))
+
+
+def _why_not_idle(obj: bpy.types.Object) -> str:
     return why_not_object_mode(obj) or why_busy(obj) or ("Wait until the render ends" if is_rendering() else "")
 
 
@@ -195,13 +198,16 @@ def why_no_reset(context: bpy.types.Context) -> str:
     return why_no_pose(context)
 
 
-def why_not_pullable(context: bpy.types.Context) -> str:
-    """As why_not_idle(). There must be a solver, no bake may show, and the mesh must be visible."""
-    reason = why_not_idle(context) or native.problem()
-    if reason:
-        return reason
-    obj = posed_object(context)
-    reason = why_baked(obj) or why_caged(obj)
+def why_not_pullable(context: bpy.types.Context, obj: bpy.types.Object | None = None) -> str:
+    """As why_not_idle(). There must be a solver, no bake may show, and the mesh must be visible.
+
+    ``obj``: another mesh than the posed one.
+    """
+    if obj is None:
+        obj = find_posed_object(context)
+    if obj is None:
+        return why_no_mesh(context)
+    reason = why_not_local(obj) or _why_not_idle(obj) or native.problem() or why_baked(obj) or why_caged(obj)
     if reason:
         return reason
     space = context.space_data

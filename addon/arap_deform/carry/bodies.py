@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which mesh an object goes along with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+
+from .problems import entry_of
+
+
+def body_of(obj: bpy.types.Object) -> bpy.types.Object | None:
+    """The mesh that an object goes along with, None if there is none, or if its list says that it rests."""
+    body = obj.arap.carried.body
+    entry = entry_of(body, obj) if body is not None else None
+    return body if entry is not None and entry.is_enabled else None
+
+
+def moving_mesh(obj: bpy.types.Object) -> bpy.types.Object:
+    """What moves the object if it is pulled: the mesh that it goes along with, or the one with which that does.
+
+    And so on; a circle ends. Itself if it goes along with none.
+    """
+    passed = [obj]
+    while (body := body_of(passed[-1])) is not None and body not in passed:
+        passed.append(body)
+    return passed[-1]
+
+
+def carried_by(body: bpy.types.Object) -> Iterator[bpy.types.Object]:
+    """What goes along with a mesh, and what goes along with that, and so on. Each once."""
+    passed, found = [body], [body]
+    while found:
+        for follower in found.pop().arap.followers:
+            target = follower.target
+            if target is not None and target not in passed and body_of(target) is not None:
+                passed.append(target)
+                found.append(target)
+                yield target

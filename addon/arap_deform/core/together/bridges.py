@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Connects the parts of a shape where they are near each other. No bpy.
+
+A solid has a lattice of its own for each connected part, so parts that are not connected move apart. A bridge is a
+triangle without area between two parts. Where it is, the parts have one lattice; rays do not meet it, and it takes
+nothing from the look of the surface.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .finer import split_edges
+from .shape import Longs, Shape, cells_of, parts_of
+
+EVERYWHERE = 1 / 50  # longest edge, in sizes of the shape: a cube of a solid is no larger
+AT_BRIDGES = 1 / 200  # longest edge where two parts are near each other
+REACH = 1.5  # between parts that are bridged, in these longest edges
+WIDENINGS = (1.0, 2.0, 4.0)  # of the reach, for parts that have no bridge yet
+
+
+def connected(shape: Shape, most: int) -> Shape:
+    """The shape with bridges, and with vertices between its own where it is coarse.
+
+    Its vertices stay. ``most``: about so many are enough, so a coarse shape stays coarser.
+    """
+    size = shape.size
+    fine = size * max(AT_BRIDGES, 1.0 / np.sqrt(most))
+    shape = split_edges(shape, max(size * EVERYWHERE, fine))
+    shape = split_edges(shape, fine, lambda now: _are_near_others(now, 2.0 * fine))
+    for widening in WIDENINGS:
+        ends = _pairs(shape.points, parts_of(shape), REACH * widening * fine)
+        if not len(ends):
+            continue
+        shape = _with_bridges(shape, ends)
+    return shape
+
+
+def _are_near_others(shape: Shape, reach: float) -> NDArray[np.bool_]:
+    """(n,) whether another part has a vertex in the same cube, of two lattices of cubes of this size."""
+    parts = parts_of(shape)
+    result = np.zeros(len(parts), dtype=bool)
+    for shift in (0.0, 0.5):
+        cells = cells_of(shape.points, reach, shift)
+        order, starts, cell_of = _sorted(cells, parts)
+        # More than one part in a cell: its number of groups.
+        several = np.bincount(cell_of)[cell_of] > 1
+        sizes = np.diff(np.append(starts, len(order)))
+        result[order] |= np.repeat(several, sizes)
+    return result
+
+
+def _pairs(points: NDArray[np.float64], parts: Longs, reach: float) -> Longs:
+    """(k, 2) a vertex of a part and one of the next part in the same cube, of two lattices of cubes of this size."""
+    found = [np.empty((0, 2), dtype=np.int64)]
+    for shift in (0.0, 0.5):
+        order, starts, cell_of = _sorted(cells_of(points, reach, shift), parts)
+        chosen = order[starts]
+        is_pair = cell_of[1:] == cell_of[:-1]
+        found.append(np.stack([chosen[:-1][is_pair], chosen[1:][is_pair]], axis=1))
+    return np.unique(np.concatenate(found), axis=0)
+
+
+def _sorted(cells: Longs, parts: Longs) -> tuple[Longs, Longs, Longs]:
+    """Vertices by cube, then by part; where each part begins; (k,) number of its cube."""
+    order = np.lexsort((parts, cells))
+    is_new_cell = np.diff(cells[order], prepend=-1) != 0
+    starts = np.flatnonzero(is_new_cell | (np.diff(parts[order], prepend=-1) != 0))
+    return order, starts, (np.cumsum(is_new_cell) - 1)[starts]
+
+
+def _with_bridges(shape: Shape, ends: Longs) -> Shape:
+    middles = len(shape.points) + np.arange(len(ends))
+    return Shape(
+        np.concatenate([shape.points, shape.points[ends].mean(axis=1)]),
+        np.concatenate([shape.triangles, np.column_stack([ends, middles])]),
+        np.concatenate([shape.weights, shape.weights[:, ends].min(axis=2)], axis=1),
+    )

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a ray meets a mesh, or what goes along with it: a drag on a shirt pulls the body, near that place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ..carry.bodies import carried_by
+from ..core.arrays import Floats
+from ..core.transforms import transformed
+from ..scene import meshes
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A place on an evaluated mesh.
+
+    Attributes:
+        place, normal: (3,) world.
+        face: its number.
+    """
+
+    place: Floats
+    normal: Floats
+    face: int
+
+
+def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
+    """Where a ray meets the mesh first; None if it meets neither that nor what goes along with it.
+
+    If it meets what goes along with the mesh before: the place of the mesh that is nearest to there.
+    """
+    own = _cast(obj, depsgraph, origin, direction)
+    if own is not None and obj.arap.is_stand_in:
+        return own  # it is where its meshes are, and to look at these may take long
+    found = own
+    for follower in carried_by(obj):
+        if follower.visible_get():
+            hit = _cast(follower, depsgraph, origin, direction)
+            if hit is not None and (found is None or (hit.place - found.place) @ direction < 0.0):
+                found = hit
+    return own if found is own or found is None else _nearest(obj, depsgraph, found.place)
+
+
+def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
+    evaluated = obj.evaluated_get(depsgraph)
+    world = meshes.read_matrix(obj, depsgraph)
+    inverse: Floats = np.asarray(np.linalg.inv(world))
+    start, along = transformed(inverse, origin), inverse[:3, :3] @ direction
+    is_hit, place, normal, face = evaluated.ray_cast(Vector(start), Vector(along / np.linalg.norm(along)))
+    return _seen(world, place, normal, face) if is_hit and face >= 0 else None
+
+
+def _nearest(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, place: Floats) -> Hit | None:
+    world = meshes.read_matrix(obj, depsgraph)
+    start = transformed(np.asarray(np.linalg.inv(world)), place)
+    is_found, nearest, normal, face = obj.evaluated_get(depsgraph).closest_point_on_mesh(Vector(start))
+    return _seen(world, nearest, normal, face) if is_found and face >= 0 else None
+
+
+def _seen(world: Floats, place: Vector, normal: Vector, face: int) -> Hit:
+    outwards = np.linalg.inv(world)[:3, :3].T @ np.array(normal)
+    length = np.linalg.norm(outwards)
+    return Hit(transformed(world, np.array(place)), outwards / (length if length > 0.0 else 1.0), int(face))

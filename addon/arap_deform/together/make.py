@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes a stand-in of several meshes, and removes it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Iterable, Sequence
+
+import bpy
+import numpy as np
+
+from ..carry.lists import carry_along, remove_at
+from ..core.background import Progress
+from ..core.job import STEP_S, run_job
+from ..core.together.bridges import connected
+from ..core.together.fewer import simplified
+from ..core.together.shape import Shape, joined
+from ..scene import groups, meshes, versions
+from ..setup.handles import remove_handle
+from ..setup.made_objects import collection_for_made
+from ..setup.pins import add_pin_group
+from .pieces import NAME, VERTICES, check, groups_of, pins_of, read_shape
+
+READ_SHARE = 0.4  # of the time
+SIMPLIFIED_SHARE = 0.9
+
+
+class StandInJob:
+    """A Job that makes a stand-in, see pose_together(). It holds names, no Blender data."""
+
+    noun = "stand-in"
+    warning = ""
+
+    def __init__(self, objects: Iterable[bpy.types.Object], vertices: int = VERTICES) -> None:
+        """Begins. Raises ValueError if the objects cannot be posed together."""
+        pieces = list(dict.fromkeys(objects))
+        check(pieces, vertices)
+        self.object_name: str = pieces[0].name
+        self._names = [piece.name for piece in pieces]
+        self._vertices = vertices
+        self._groups = groups_of(pieces)
+        self._fraction = 0.0
+        self._shape: Shape | None = None
+        self._work = self._steps()
+
+    @property
+    def fraction(self) -> float:
+        return self._fraction
+
+    @property
+    def stage_fraction(self) -> float:
+        return self._fraction
+
+    @property
+    def status(self) -> str:
+        return f"a stand-in of {len(self._names)} meshes, {self._fraction:.0%}"
+
+    def step(self, time_limit_s: float = STEP_S) -> bool:
+        end = time.monotonic() + time_limit_s
+        while self._shape is None and time.monotonic() < end:
+            next(self._work, None)
+        return self._shape is None
+
+    def finish(self) -> bpy.types.Object:
+        """Makes the object. Raises as carry_along(), or RuntimeError if a mesh is gone."""
+        assert self._shape is not None
+        pieces = self._pieces()
+        stand_in = _new_object(self._shape, collection_for_made(pieces[0]))
+        try:
+            _write_groups(stand_in, self._groups, self._shape)
+            for name in pins_of(pieces):
+                add_pin_group(stand_in, name)
+            carry_along(stand_in, pieces, "bend", may_wait=True)
+        except BaseException:
+            _delete(stand_in)
+            raise
+        return stand_in
+
+    def cancel(self) -> None:
+        self._work.close()
+
+    def _pieces(self) -> list[bpy.types.Object]:
+        """The meshes. Raises RuntimeError if one is gone."""
+        pieces = [bpy.data.objects.get((name, None)) for name in self._names]
+        gone = next((name for name, piece in zip(self._names, pieces, strict=True) if piece is None), "")
+        if gone:
+            raise RuntimeError(f"'{gone}' is gone: the stand-in was not made")
+        return pieces
+
+    def _steps(self) -> Generator[None, None, None]:
+        shapes = []
+        for piece in self._pieces():
+            shapes.append(read_shape(piece, self._groups))
+            self._fraction = READ_SHARE * len(shapes) / len(self._names)
+            yield
+        shape = joined(shapes)
+        del shapes
+        if not len(shape.triangles):
+            raise ValueError("None of the meshes has a face: there is nothing to deform")
+        for _ in (work := _Result(simplified(shape, self._vertices))):
+            self._fraction += 0.2 * (SIMPLIFIED_SHARE - self._fraction)  # how many steps it takes is not known
+            yield
+        self._fraction = SIMPLIFIED_SHARE
+        yield
+        self._shape = connected(work.value, self._vertices)
+        self._fraction = 1.0
+
+
+class _Result:
+    """A generator that keeps what it returns."""
+
+    value: Shape
+
+    def __init__(self, work: Generator[None, None, Shape]) -> None:
+        self._work = work
+
+    def __iter__(self) -> Generator[None, None, None]:
+        self.value = yield from self._work
+
+
+def pose_together(
+    objects: Iterable[bpy.types.Object], vertices: int = VERTICES, progress: Progress | None = None
+) -> bpy.types.Object:
+    """Makes several meshes one to pose: a stand-in, which they go along with.
+
+    The stand-in is a mesh of all of them at rest, where they are now, connected where they are near each other. It is a
+    Solid, drawn as a box and not rendered. Pose it as any mesh: pins, handles, bakes. Each of the others gets the shape
+    keys, see carry_along(). Vertex groups of the same name are one in it, and what is pinned in them stays pinned.
+
+    Args:
+        vertices: of the stand-in at most, but for some at the seams. If the meshes have more, those of it are fewer,
+            and the meshes go along as clothes do. One mesh is enough if it has more.
+
+    Returns:
+        The stand-in.
+
+    Raises:
+        ValueError: the meshes cannot be posed together. Cancelled.
+    """
+    return run_job(StandInJob(objects, vertices), progress)
+
+
+def remove_stand_in(stand_in: bpy.types.Object) -> None:
+    """Removes a stand-in with its handles. The meshes go back to rest, without the shape keys made for it.
+
+    Raises:
+        ValueError: it is none, or a mesh is in Edit Mode.
+    """
+    if not stand_in.arap.is_stand_in:
+        raise ValueError(f"'{stand_in.name}' is no stand-in: choose one that Pose Together has made")
+    meshes.check_local(stand_in)
+    for follower in stand_in.arap.followers:
+        if follower.target is not None and follower.target.type == "MESH" and follower.target.data.is_editmode:
+            raise ValueError(f"'{follower.target.name}' is in Edit Mode: go back to Object Mode first")
+    for index in reversed(range(len(stand_in.arap.followers))):
+        remove_at(stand_in, index)
+    for index in reversed(range(len(stand_in.arap.handles))):
+        remove_handle(stand_in, index)
+    _delete(stand_in)
+
+
+def _delete(stand_in: bpy.types.Object) -> None:
+    mesh = stand_in.data
+    bpy.data.objects.remove(stand_in)
+    if not mesh.users:
+        bpy.data.meshes.remove(mesh)
+
+
+def _new_object(shape: Shape, collection: bpy.types.Collection) -> bpy.types.Object:
+    # Around its middle: far from its origin coordinates of single precision have few digits.
+    middle = (shape.points.min(axis=0) + shape.points.max(axis=0)) / 2.0
+    points = np.ascontiguousarray(shape.points - middle, dtype=np.float32)
+    mesh = versions.new_mesh(NAME, points, shape.triangles.astype(np.int32))
+    stand_in = bpy.data.objects.new(NAME, mesh)
+    stand_in.location = middle
+    stand_in.display_type = "BOUNDS"
+    stand_in.hide_render = True
+    stand_in.arap.model = "solid"
+    stand_in.arap.is_stand_in = True
+    collection.objects.link(stand_in)
+    bpy.context.view_layer.update()
+    return stand_in
+
+
+def _write_groups(stand_in: bpy.types.Object, names: Sequence[str], shape: Shape) -> None:
+    for name, weights in zip(names, shape.weights, strict=True):
+        stand_in.vertex_groups.new(name=name)
+        vertices = np.flatnonzero(weights).astype(np.int32)
+        groups.write(stand_in, name, vertices, weights[vertices].astype(np.float64))

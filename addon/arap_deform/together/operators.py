@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Pose Together: the selected meshes are posed as one. And Remove Stand-in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import IntProperty
+
+from ..carry.bodies import body_of
+from ..carry.operators import KINDS
+from ..follow.scene import is_rendering
+from ..pose.job_operator import JobOperator
+from ..ui.checks import (
+    ArapOperator,
+    posed_object,
+    select_alone,
+    why_not_idle,
+    why_not_object_mode,
+)
+from .make import StandInJob, remove_stand_in
+from .pieces import VERTICES, why_needless
+
+
+def selected_pieces(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """What is selected and has a shape, but for stand-ins."""
+    return [obj for obj in context.selected_objects if obj.type in KINDS and not obj.arap.is_stand_in]
+
+
+def why_not_together(context: bpy.types.Context) -> str:
+    """Why the selected meshes cannot be posed together, '' if they can."""
+    if context.mode != "OBJECT":
+        return why_not_object_mode(context.object)
+    return why_needless(selected_pieces(context), VERTICES) or ("Wait until the render ends" if is_rendering() else "")
+
+
+def stand_in_of(obj: bpy.types.Object) -> bpy.types.Object | None:
+    """The object if it is a stand-in, else the one that it goes along with; None if there is none."""
+    return next((each for each in (obj, body_of(obj)) if each is not None and each.arap.is_stand_in), None)
+
+
+def why_no_stand_in(context: bpy.types.Context) -> str:
+    """As why_not_idle(). The mesh must be a stand-in, or go along with one."""
+    reason = why_not_idle(context)
+    if reason or stand_in_of(posed_object(context)) is not None:
+        return reason
+    return "Select a stand-in first, or a mesh that goes along with one"
+
+
+class ARAP_OT_pose_together(JobOperator, bpy.types.Operator):
+    bl_idname = "arap.pose_together"
+    bl_label = "Pose Together"
+    bl_description = (
+        "Pose the selected meshes as one solid: figures in pieces, sculpts of many subtools. A stand-in is made, which "
+        "they go along with"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    act_name = "Pose Together"
+    why_not = staticmethod(why_not_together)
+    ends_itself = True
+
+    vertices: IntProperty(
+        name="Vertices",
+        description=(
+            "Vertices of the stand-in, about. If the meshes have more, the stand-in is coarser than they are: it is "
+            "light, and they keep their detail"
+        ),
+        default=VERTICES,
+        min=100,
+        soft_min=10_000,
+        soft_max=1_000_000,
+    )
+
+    def chosen(self, context: bpy.types.Context) -> bpy.types.Object | None:
+        return next(iter(selected_pieces(context)), None)
+
+    def begin(self, context: bpy.types.Context, _obj: bpy.types.Object) -> StandInJob:
+        return StandInJob(selected_pieces(context), self.vertices)
+
+    def result_text(self, _job: Any, stand_in: Any) -> str:
+        n = len(stand_in.data.vertices)
+        return f"'{stand_in.name}' has {n:,} vertices: pose it, or pull any of the meshes"
+
+    def report_result(self, job: Any, stand_in: Any) -> None:
+        select_alone(bpy.context, stand_in)
+        super().report_result(job, stand_in)
+
+
+class ARAP_OT_stand_in_remove(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.stand_in_remove"
+    bl_label = "Remove Stand-in"
+    bl_description = (
+        "Remove the stand-in with its pose and handles. The meshes go back to rest, without the shape keys made for it"
+    )
+    why_not = staticmethod(why_no_stand_in)
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        stand_in = stand_in_of(obj)
+        if stand_in is None:
+            raise ValueError(why_no_stand_in(context))
+        pieces = [follower.target for follower in stand_in.arap.followers if follower.target is not None]
+        remove_stand_in(stand_in)
+        shown = [piece for piece in pieces if piece.visible_get()]
+        for piece in shown:
+            piece.select_set(True)
+        if shown:
+            context.view_layer.objects.active = shown[0]

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The meshes that are posed together: may they be, and read as one shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import bpy
+import numpy as np
+
+from ..carry import problems
+from ..core.arrays import Floats
+from ..core.together.shape import Shape, triangles_of
+from ..core.transforms import transformed
+from ..scene import handle_motion, meshes
+
+VERTICES = 200_000
+"""Of a stand-in, if nothing else is said."""
+NAME = "Stand-in"
+
+
+def why_needless(pieces: Sequence[bpy.types.Object], vertices: int) -> str:
+    """Why a stand-in of so many vertices is of no use, '' if it is: one mesh is posed itself, unless it is heavy."""
+    if not pieces:
+        return "Select the meshes to pose together first"
+    if len(pieces) > 1 or pieces[0].type != "MESH" or len(pieces[0].data.vertices) > vertices:
+        return ""
+    return f"Select other meshes, too: '{pieces[0].name}' alone has no more than {vertices:,} vertices and can be posed"
+
+
+def check(pieces: Sequence[bpy.types.Object], vertices: int) -> None:
+    """Raises ValueError if they cannot be posed together, and says what to do."""
+    if vertices < 1:
+        raise ValueError(f"vertices = {vertices}, must be >= 1")
+    reason = why_needless(pieces, vertices)
+    if reason:
+        raise ValueError(reason)
+    body = bpy.data.objects.new(NAME, None)  # has the name that the stand-in will have
+    try:
+        for piece in pieces:
+            problems.check_new(body, piece)
+    finally:
+        bpy.data.objects.remove(body)
+
+
+def read_shape(piece: bpy.types.Object, groups: Sequence[str]) -> Shape:
+    """The mesh at rest, in the world. ``groups``: names, of which it need not have all."""
+    world = handle_motion.object_matrix(piece, bpy.context.evaluated_depsgraph_get())
+    points: Floats = transformed(world, meshes.read_rest(piece).astype(np.float64))
+    weights = np.zeros((len(groups), len(points)), dtype=np.float32)
+    own = [name for name in groups if name in piece.vertex_groups]
+    for name, values in meshes.read_weights(piece, own).items():
+        weights[groups.index(name)] = values
+    triangles = triangles_of(*meshes.read_faces(piece.data))
+    if np.linalg.det(world[:3, :3]) < 0.0:
+        triangles = triangles[:, ::-1]  # mirrored, but its outside stays outside
+    return Shape(points, triangles, weights)
+
+
+def groups_of(pieces: Iterable[bpy.types.Object]) -> list[str]:
+    """Names of the vertex groups of all, each once."""
+    return list(dict.fromkeys(group.name for piece in pieces for group in piece.vertex_groups))
+
+
+def pins_of(pieces: Iterable[bpy.types.Object]) -> list[str]:
+    """Names of the vertex groups that hold any of them."""
+    names = (pin.name for piece in pieces for pin in piece.arap.pins if pin.is_enabled)
+    return list(dict.fromkeys(names))
