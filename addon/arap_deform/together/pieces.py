@@ -25,7 +25,8 @@ def why_needless(pieces: Sequence[bpy.types.Object], vertices: int) -> str:
         return "Select the meshes to pose together first"
     if len(pieces) > 1 or pieces[0].type != "MESH" or len(pieces[0].data.vertices) > vertices:
         return ""
-    return f"Select other meshes, too: '{pieces[0].name}' alone has no more than {vertices:,} vertices and can be posed"
+    name = pieces[0].name
+    return f"Select other meshes, too: '{name}' alone has no more than {vertices:,} vertices and can be posed itself"
 
 
 def check(pieces: Sequence[bpy.types.Object], vertices: int) -> None:

@@ -32,12 +32,13 @@ def _long_edges(shape: Shape, length: float, chosen: Chooser | None) -> tuple[Lo
     """(t, 3) number of the new vertex on the side after each corner, -1: it is not split. And (k, 2) their edges."""
     first, second = shape.triangles, np.roll(shape.triangles, -1, axis=1)
     offset = shape.points[second] - shape.points[first]
-    is_long = np.asarray(np.einsum("tki,tki->tk", offset, offset) > length * length, dtype=np.bool_)
+    is_long = np.asarray(np.einsum("tki,tki->tk", offset, offset) > length * length)
     keys = (np.minimum(first, second)[is_long] << 32) | np.maximum(first, second)[is_long]
-    is_meant = np.ones(len(keys), dtype=bool)
+    is_meant: NDArray[np.bool_] = np.ones(len(keys), dtype=bool)
     if chosen is not None and len(keys):
         # All long sides of a triangle, or its longest one could stay, and others would be split for ever.
-        is_meant = np.repeat(chosen(shape)[first].any(axis=1)[:, None], 3, axis=1)[is_long]
+        is_near = np.asarray(chosen(shape)[first]).any(axis=1)
+        is_meant = np.repeat(is_near, 3).reshape(first.shape)[is_long]
     edges = np.unique(keys[is_meant])
     numbers = np.searchsorted(edges, keys)
     # An edge is split for all its triangles.
