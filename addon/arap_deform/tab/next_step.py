@@ -51,7 +51,7 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step("Edit Again shows the pose in place of the bake.")
     body = body_of(obj)
     if body is not None:
-        return Step(f"It goes along with '{body.name}'. A pull of it pulls that.")
+        return Step(f"It goes along with '{body.name}': Pull moves that.")
     return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(context, obj))
 
 

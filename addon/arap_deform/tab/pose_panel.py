@@ -60,8 +60,10 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
     pair = button_row(context, column)
     pair.operator("arap.handle_add", icon="EMPTY_AXIS")
     pair.operator("arap.pin_add", icon="PINNED")
-    if body_of(obj) is not None:
-        column.operator("arap.carry_select", icon="RESTRICT_SELECT_OFF")
+    body = body_of(obj)
+    if body is not None:
+        text = f"Select '{body.name}'"
+        column.operator("arap.carry_select", text=text, translate=False, icon="RESTRICT_SELECT_OFF")
     if selected_armatures(context):
         column.operator("arap.bones_add", icon="BONE_DATA")
     if remembered.has_foreign_handles(obj):

@@ -57,8 +57,10 @@ class StandInJob:
 
     def step(self, time_limit_s: float = STEP_S) -> bool:
         end = time.monotonic() + time_limit_s
-        while self._shape is None and time.monotonic() < end:
+        while self._shape is None:
             next(self._work, None)
+            if time.monotonic() >= end:
+                break
         return self._shape is None
 
     def finish(self) -> bpy.types.Object:

@@ -70,6 +70,38 @@ class PullTest(SceneTest):
 
 
 class PickTest(PullTest):
+    def test_what_goes_along_is_seen_before_the_mesh_and_leads_to_the_nearest_place_of_that(self):
+        body = mesh_object()
+        plain = self.pick(body)
+        coat = mesh_object("Coat", Matrix.Diagonal((2.0, 2.0, 1.0, 1.0)))
+        self.api.carry_along(body, [coat])
+        seen = self.pick(body)
+        self.assert_close(seen.place, plain.place, 1e-4)
+        self.assertLess(seen.normal[1], -0.9)
+        self.assertEqual(set(seen.vertices), set(plain.vertices))
+        beside = self.pick(body, 270.0)  # the ray passes the body by
+        self.assertGreater(beside.place[0], 0.3)
+        self.assertLessEqual(np.linalg.norm(beside.place[:2]), 0.5001)
+        coat.hide_set(True)
+        self.assertIsNone(self.pick(body, 270.0))
+        coat.hide_set(False)
+        body.arap.followers[0].is_enabled = False
+        self.assertIsNone(self.pick(body, 270.0))
+        self.assertIsNone(self.pick(body, 390.0))
+
+    def test_what_moves_a_mesh_is_found_up_to_the_first_one_that_is_switched_off(self):
+        bodies = module("carry.bodies")
+        body, coat, buckle = (mesh_object(name) for name in ("Body", "Coat", "Buckle"))
+        self.api.carry_along(body, [coat], "bend")
+        self.api.carry_along(coat, [buckle], "bend")
+        self.assertEqual([bodies.moving_mesh(obj) for obj in (body, coat, buckle)], 3 * [body])
+        self.assertEqual(list(bodies.carried_by(body)), [coat, buckle])
+        body.arap.followers[0].is_enabled = False
+        self.assertEqual([bodies.moving_mesh(obj) for obj in (body, coat, buckle)], [body, coat, coat])
+        self.assertEqual(list(bodies.carried_by(body)), [])
+        coat.arap.carried.body = buckle  # a circle, in a damaged file
+        self.assertEqual(bodies.moving_mesh(coat), coat)
+
     def test_the_patch_is_what_lies_within_the_circle_on_the_near_side(self):
         obj = mesh_object()
         pick = self.pick(obj)

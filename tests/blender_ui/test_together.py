@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pose Together in a window: a figure in pieces is pulled as one, whichever piece is in hand. Clothes pull a body."""
+
+import bmesh
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from mathutils import Matrix
+from test_pull import click, grab, pull
+
+PIECES = {  # colour, diameter, place of the middle, length, axis
+    "Torso": ((0.8, 0.35, 0.3, 1), 1.2, (0.0, 0.0, 0.0), 3.0, "Z"),
+    "Arm": ((0.35, 0.6, 0.8, 1), 0.5, (1.4, 0.0, 1.1), 2.2, "X"),
+    "Hand": ((0.5, 0.75, 0.35, 1), 0.48, (2.9, 0.0, 1.1), 0.9, "X"),
+    "Head": ((0.85, 0.75, 0.3, 1), 0.9, (0.0, 0.0, 2.0), 1.0, "Z"),
+}
+
+
+def add_figure() -> list[bpy.types.Object]:
+    """A torso, an arm that begins in it, a hand over the arm's end, a head that stands on it."""
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    made = []
+    for name, (color, diameter, place, length, axis) in PIECES.items():
+        mesh = bmesh.new()
+        turn = Matrix.Rotation(np.pi / 2, 4, "Y") if axis == "X" else Matrix()
+        bmesh.ops.create_cone(
+            mesh, cap_ends=True, segments=32, radius1=diameter / 2, radius2=diameter / 2, depth=length, matrix=turn
+        )
+        sides = [edge for edge in mesh.edges if edge.calc_length() > 0.9 * length]
+        bmesh.ops.subdivide_edges(mesh, edges=sides, cuts=15)
+        data = bpy.data.meshes.new(name)
+        mesh.to_mesh(data)
+        mesh.free()
+        obj = bpy.data.objects.new(name, data)
+        obj.location = place
+        obj.color = color
+        bpy.context.scene.collection.objects.link(obj)
+        made.append(obj)
+    bpy.context.view_layer.update()
+    return made
+
+
+def look_from_front(ui: Ui) -> Steps:
+    """Along y: x to the right, z up."""
+    space = ui.view.spaces.active
+    space.shading.color_type = "OBJECT"
+    region = space.region_3d
+    region.view_perspective = "ORTHO"
+    region.view_rotation = (0.7071068, 0.7071068, 0.0, 0.0)
+    region.view_location = (1.0, 0.0, 0.7)
+    region.view_distance = 10.0
+    yield from ui.move_mouse_to_view()
+
+
+def begin(ui: Ui) -> Steps:
+    """The figure with a stand-in, its foot pinned, a piece active, and the tool."""
+    made = add_figure()
+    yield from look_from_front(ui)
+    ui.select(*made)
+    assert ui.call(bpy.ops.arap.pose_together) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: "Stand-in" in bpy.data.objects, "the stand-in is made")
+    yield
+    assert bpy.context.object == stand_in()
+    z = mesh_world(stand_in())[:, 2]
+    ui.api.add_pin(stand_in(), np.flatnonzero(z < -1.3), name="Foot")
+    ui.select(piece("Hand"))
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    ui.change_pull("radius", 25)
+    bpy.ops.ed.undo_push(message="scene")
+    yield
+
+
+def stand_in() -> bpy.types.Object:
+    return bpy.data.objects["Stand-in"]
+
+
+def piece(name: str) -> bpy.types.Object:
+    return bpy.data.objects[name]
+
+
+def mesh_world(obj: bpy.types.Object) -> np.ndarray:
+    return np.array([obj.matrix_world @ vertex.co for vertex in obj.data.vertices])
+
+
+def shift(name: str) -> float:
+    """How far the farthest vertex of a piece has come."""
+    moved = scenes.shown_positions(piece(name)) - scenes.key_positions(piece(name), "Basis")
+    return float(np.linalg.norm(moved, axis=1).max())
+
+
+def test_a_piece_pulls_the_whole(ui: Ui) -> Steps:
+    ui.open_panels("ARAP_PT_carry")
+    yield from begin(ui)
+    yield from ui.open_tab()
+    yield from ui.screenshot("0_piece_in_hand")
+    yield from pull(ui, (3.0, -0.24, 1.1), (1.9, -0.24, 2.9))
+    assert bpy.context.object == stand_in(), "what is pulled is in hand"
+    yield from ui.until(lambda: shift("Hand") > 1.5, "the hand goes along")
+    assert shift("Arm") > 1.0
+    assert shift("Torso") < 0.7
+    assert len(stand_in().arap.pull_pins) == 1
+    yield from ui.screenshot("1_pulled")
+    yield from pull(ui, (0.0, -0.45, 2.2), (-1.0, -0.45, 2.0))
+    yield from ui.until(lambda: shift("Head") > 0.8, "so does the head")
+    yield from ui.screenshot("2_head")
+    assert not piece("Head").arap.pull_pins
+    yield from ui.undo()
+    yield from ui.until(lambda: shift("Head") < 0.7, "one step of undo")
+    yield from grab(ui, (0.0, -0.45, 2.2), (1.0, -0.45, 2.0))
+    yield from ui.key("ESC")
+    yield from ui.until_free()
+    yield from ui.until(lambda: shift("Head") < 0.7, "Esc")
+    yield from ui.undo()
+    yield from ui.until(lambda: shift("Hand") < 1e-3, "at rest")
+
+
+def test_clothes_pull_the_body(ui: Ui) -> Steps:
+    """Also where the mouse is beside the body."""
+    torso, arm, hand, head = add_figure()
+    yield from look_from_front(ui)
+    ui.api.carry_along(torso, [head], "bend")
+    ui.select(head)
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="scene")
+    yield from pull(ui, (0.0, -0.45, 2.3), (0.4, -0.45, 2.3))
+    yield from ui.until(lambda: shift("Torso") > 0.1, "the body is pulled")
+    assert head.data.shape_keys.key_blocks.keys() == ["Basis", "ARAP"], "its twin, no pose of its own"
+    assert torso.arap.pull_pins
+    assert not head.arap.pull_pins
+    ui.select(hand)
+    yield from click(ui, (0.5, -0.45, 2.0))
+    assert bpy.context.object == torso, "a click on what it carries takes it"
+    torso.arap.followers[0].is_enabled = False
+    ui.select(head)
+    yield from pull(ui, (0.0, -0.45, 2.0), (0.4, -0.45, 2.0))
+    assert head.arap.pull_pins, "switched off, it is pulled itself"
+    assert arm.data.shape_keys is None
