@@ -91,33 +91,27 @@ class StandInJob:
 
     def _steps(self) -> Generator[None, None, None]:
         shapes = []
-        for piece in self._pieces():
-            shapes.append(read_shape(piece, self._groups))
+        for index in range(len(self._names)):
+            shapes.append(read_shape(self._pieces()[index], self._groups))
             self._fraction = READ_SHARE * len(shapes) / len(self._names)
             yield
         shape = joined(shapes)
         del shapes
         if not len(shape.triangles):
             raise ValueError("None of the meshes has a face: there is nothing to deform")
-        for _ in (work := _Result(simplified(shape, self._vertices))):
-            self._fraction += 0.2 * (SIMPLIFIED_SHARE - self._fraction)  # how many steps it takes is not known
+        shape = yield from self._slowly(simplified(shape, self._vertices), SIMPLIFIED_SHARE)
+        self._shape = yield from self._slowly(connected(shape, self._vertices), 1.0)
+
+    def _slowly(self, work: Generator[None, None, Shape], end: float) -> Generator[None, None, Shape]:
+        """Does the work. It is not known how many steps it takes, so the fraction only comes nearer to its end."""
+        while True:
+            try:
+                next(work)
+            except StopIteration as stop:
+                self._fraction = end
+                return stop.value  # type: ignore[no-any-return]
+            self._fraction += 0.2 * (end - self._fraction)
             yield
-        self._fraction = SIMPLIFIED_SHARE
-        yield
-        self._shape = connected(work.value, self._vertices)
-        self._fraction = 1.0
-
-
-class _Result:
-    """A generator that keeps what it returns."""
-
-    value: Shape
-
-    def __init__(self, work: Generator[None, None, Shape]) -> None:
-        self._work = work
-
-    def __iter__(self) -> Generator[None, None, None]:
-        self.value = yield from self._work
 
 
 def pose_together(

@@ -70,7 +70,7 @@ def test_seams_are_closed_and_nothing_else_changes():
     assert (closed.weights[0] == 0.25).sum() == 16, "the larger weight counts at the seam"
 
 
-@pytest.mark.parametrize("most", [50, 1000, 5000])
+@pytest.mark.parametrize("most", [200, 1000, 5000])
 def test_no_more_vertices_than_may_stay_and_not_far_fewer(most):
     rng = np.random.default_rng(0)
     flat = grid(150)
@@ -129,7 +129,7 @@ def test_near_parts_are_connected_and_far_ones_are_not():
     far = moved(grid(3), 0.0, 0.0, 0.7)
     crossing = Shape(grid(3).points[:, [2, 0, 1]] + (0.5, 0.1, -0.5), grid(3).triangles, grid(3).weights)
     shape = joined([grid(2), crossing, grid(2, z=0.004), far])
-    whole = connected(shape, 200_000)
+    whole = result_of(connected(shape, 200_000))
     np.testing.assert_array_equal(whole.points[: len(shape.points)], shape.points)
     np.testing.assert_allclose(area(whole), area(shape), rtol=1e-9)  # bridges have no area
     assert n_parts(shape) == 4
@@ -148,14 +148,15 @@ def reach_of_bridges(shape):
 
 def test_wider_gaps_are_bridged_only_between_parts_without_another_bridge():
     near = [grid(30), grid(30, z=0.02)]
-    alone = connected(joined(near), 200_000)
+    alone = result_of(connected(joined(near), 200_000))
     assert n_parts(alone) == 1
     assert reach_of_bridges(alone) > 0.9
     tied = joined([*near, Shape(grid(2).points[:, [2, 0, 1]] * (1, 1, 0.02), grid(2).triangles, grid(2).weights)])
-    assert n_parts(connected(tied, 200_000)) == 1
-    assert reach_of_bridges(connected(tied, 200_000)) < 0.05, "only where the third one is"
+    together = result_of(connected(tied, 200_000))
+    assert n_parts(together) == 1
+    assert reach_of_bridges(together) < 0.05, "only where the third one is"
 
 
 def test_few_vertices_stay_few():
     shape = joined([grid(2), grid(2, z=0.001)])
-    assert len(connected(shape, 400).points) < 2000
+    assert len(result_of(connected(shape, 400)).points) < 2000

@@ -8,6 +8,8 @@ nothing from the look of the surface.
 
 from __future__ import annotations
 
+from collections.abc import Generator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,20 +22,19 @@ REACH = 1.5  # between parts that are bridged, in these longest edges
 WIDENINGS = (1.0, 2.0, 4.0)  # of the reach, for parts that have no bridge yet
 
 
-def connected(shape: Shape, most: int) -> Shape:
-    """The shape with bridges, and with vertices between its own where it is coarse.
+def connected(shape: Shape, most: int) -> Generator[None, None, Shape]:
+    """The shape with bridges, and with vertices between its own where it is coarse. Yields now and then.
 
     Its vertices stay. ``most``: about so many are enough, so a coarse shape stays coarser.
     """
     size = shape.size
     fine = size * max(AT_BRIDGES, 1.0 / np.sqrt(most))
     shape = split_edges(shape, max(size * EVERYWHERE, fine))
+    yield
     shape = split_edges(shape, fine, lambda now: _are_near_others(now, 2.0 * fine))
     for widening in WIDENINGS:
-        ends = _pairs(shape.points, parts_of(shape), REACH * widening * fine)
-        if not len(ends):
-            continue
-        shape = _with_bridges(shape, ends)
+        yield
+        shape = _with_bridges(shape, _pairs(shape.points, parts_of(shape), REACH * widening * fine))
     return shape
 
 
