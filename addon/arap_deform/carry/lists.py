@@ -15,8 +15,8 @@ from ..core.carry.pieces import looks_rigid
 from ..core.patches import surface_diagonal
 from ..core.transforms import transformed
 from ..props.carry import KINDS
-from ..scene import handle_motion, meshes, shape_keys
-from . import late, problems, run, twins
+from ..scene import meshes, shape_keys
+from . import late, problems, run, twins, wraps
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
@@ -53,8 +53,7 @@ def carry_along(
     for target in targets:
         problems.check_new(body, target)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    inverse = np.linalg.inv(handle_motion.object_matrix(body, depsgraph))
-    places = [inverse @ handle_motion.object_matrix(target, depsgraph) for target in targets]
+    places = [wraps.place_now(body, target, depsgraph) for target in targets]
     kinds = [kind or looks for looks in _looks(body, targets, places)]
     for each in zip(targets, places, kinds, strict=True):
         _add(body, *each, is_set=bool(kind))

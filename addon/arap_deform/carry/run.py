@@ -106,7 +106,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         if not isinstance(update.id, bpy.types.Object):
             continue
         if update.is_updated_geometry:
-            _look_at(update.id.original)
+            _look_at(update.id.original, is_moved=update.is_updated_transform)
         if update.is_updated_transform and update.id.arap.followers:
             _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
     if not late.waiting():
@@ -117,8 +117,11 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _wake()
 
 
-def _look_at(obj: bpy.types.Object) -> None:
-    """Notes what the artist has done to the meshes and keys of a body or follower."""
+def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
+    """Notes what the artist has done to the meshes and keys of a body or follower.
+
+    ``is_moved``: its matrix has changed, too. Object > Apply may have done that, and must be seen before more changes.
+    """
     settings = obj.arap
     body = settings.carried.body
     pairs = [(obj, follower) for follower in settings.followers]
@@ -133,10 +136,12 @@ def _look_at(obj: bpy.types.Object) -> None:
     was_edited = obj.name in late.edited
     late.edited.discard(obj.name)
     for body, follower in pairs:
-        if was_edited:
+        name = follower.target.name
+        is_other = is_moved and wraps.is_bound(name) and wraps.get(body, follower, may_look=False) is None
+        if was_edited or is_other:
             _suspect(body, follower)
         elif not twins.are_all_there(body, follower.target):
-            late.add(follower.target.name)
+            late.add(name)
 
 
 def _look_at_scale(body: bpy.types.Object, world: Floats) -> None:

@@ -7,16 +7,18 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ..core import native
 from ..core.arrays import Floats, Ints
 from ..core.background import Background
 from ..core.carry.pieces import loose_pieces
+from ..core.carry.probe import Probe, probed
 from ..core.carry.wrap import Wrap, WrapInput
 from ..core.session_data import SessionMesh
 from ..props import preferences
 from ..props.bounds import bounded
-from ..scene import meshes, versions
+from ..scene import handle_motion, meshes, versions
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
@@ -62,6 +64,28 @@ def _pieces_of(target: bpy.types.Object) -> Ints:
     return loose_pieces(len(target.data.vertices), versions.read_edges(target.data))
 
 
+def place_now(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
+    """(4, 4) from the space of an object to that of the body. Raises ValueError if one has no inverse."""
+    world = handle_motion.object_matrix(body, depsgraph)
+    return np.asarray(np.linalg.inv(world) @ handle_motion.object_matrix(target, depsgraph))
+
+
+def _probe(body: bpy.types.Object, follower: ArapFollower, place: Floats) -> Probe:
+    points, surface = (meshes.read_rest_at(obj, probed(len(obj.data.vertices))) for obj in (follower.target, body))
+    return Probe(points=points, surface=surface, place=place)
+
+
+def _take_applied_place(body: bpy.types.Object, follower: ArapFollower, wrap: Wrap) -> None:
+    """After Object > Apply to the follower or the body, the place is another one that says the same."""
+    depsgraph = meshes.drawn_depsgraph(bpy.context)
+    try:
+        now = place_now(body, follower.target, depsgraph)
+    except ValueError:
+        return
+    if wrap.probe.is_applied(_probe(body, follower, now)):
+        follower.set_place(Matrix(now))
+
+
 def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True) -> Wrap | None:
     """The wrap of a follower, None if it is not bound, or if that does not fit any more.
 
@@ -72,6 +96,9 @@ def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True
     if wrap is None or (name in _suspect and not may_look):
         return None
     fits = (wrap.n_points, wrap.n_vertices) == (len(follower.target.data.vertices), len(body.data.vertices))
+    if fits and not wrap.probe.is_same(_probe(body, follower, place_of(follower))):
+        _take_applied_place(body, follower, wrap)
+        fits = False
     if fits and name in _suspect:
         fits = wrap.is_of(read_input(body, follower))
         _suspect.discard(name)

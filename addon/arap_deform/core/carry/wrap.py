@@ -21,6 +21,7 @@ from ..mirror import Mirror, are_same, completed
 from ..session_data import SessionMesh
 from ..session_input import is_same_stretch
 from ..transforms import SolverSpace, map_points, transformed
+from .probe import Probe, probed
 
 if TYPE_CHECKING:
     import arap_native
@@ -100,6 +101,11 @@ class Wrap:
         self.n_vertices = len(inputs.mesh.rest_positions)
         self.rest = inputs.points
         self._rest_of_mesh = inputs.mesh.rest_positions.astype(np.float32)
+        self.probe = Probe(
+            points=self.rest[probed(len(self.rest))],
+            surface=self._rest_of_mesh[probed(self.n_vertices)],
+            place=inputs.place,
+        )
         back = np.linalg.inv(inputs.place)
         self._linear: Floats = np.asarray(back[:3, :3] @ self._space.unstretch, dtype=np.float64)
         self._shift: Floats = np.asarray(back[:3, 3], dtype=np.float64)
