@@ -108,12 +108,18 @@ def _renamed(body: bpy.types.Object, target: bpy.types.Object, name: str) -> bpy
     keys, path = target.data.shape_keys, shape_keys.value_path(shape_keys.find(body, name))
     for fcurve in keys.animation_data.drivers if keys.animation_data else ():
         if fcurve.driver.expression == EXPRESSION and (body.data.shape_keys, path) in _places(fcurve):
-            try:
-                found = keys.path_resolve(fcurve.data_path.rpartition(".")[0])
-            except ValueError:  # the key is gone, its driver is not
-                continue
-            return found
+            found = _key_at(keys, fcurve.data_path)
+            if found is not None and found.name != _rest_name(target):
+                return found
     return None
+
+
+def _key_at(keys: bpy.types.Key, path: str) -> bpy.types.ShapeKey | None:
+    """The key of which ``path`` is a property; None if it is gone."""
+    try:
+        return keys.path_resolve(path.rpartition(".")[0])
+    except ValueError:
+        return None
 
 
 def _drive(body: bpy.types.Object, key: bpy.types.ShapeKey, twin: bpy.types.ShapeKey) -> None:

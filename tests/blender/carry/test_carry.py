@@ -249,6 +249,17 @@ class ListTest(CarryTest):
         self.api.stop_carrying(body, target)
         self.assertEqual(key_names(target), ["Basis", "ARAP"])
 
+    def test_a_twin_that_became_the_reference_key_is_not_written(self):
+        """The artist has removed Basis. What was shown is the rest shape now."""
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        target.shape_key_remove(target.data.shape_keys.reference_key)
+        rest = rest_positions(target)
+        self.api.solve(body)
+        self.assert_close(rest_positions(target), rest, 0.0)
+        self.assertEqual(key_names(target), ["ARAP", "ARAP.001"])
+        self.assert_goes_along(body, target)
+
     def test_another_kind_counts_at_once(self):
         body, target = solved(), sleeve()
         self.api.carry_along(body, [target])
@@ -371,6 +382,41 @@ class ListTest(CarryTest):
         bpy.context.view_layer.update()
         self.assertGreater(np.abs(self.carried(body, target) - former).max(), 0.01)
         self.assert_goes_along(body, target)
+
+    def test_after_object_apply_nothing_has_moved(self):
+        """To the follower, to the body, and to both: coordinates and matrices say the same in other numbers."""
+        scale = Matrix.Diagonal((1.0, 2.0, 1.0, 1.0))
+        for applied in (["Sleeve"], ["Tube"], ["Sleeve", "Tube"]):
+            self.setUp()
+            body, target = posable(), sleeve(Matrix.Translation((0.0, 0.0, 0.5)) @ scale)
+            body.scale = (1.0, 2.0, 1.0)
+            bpy.context.view_layer.update()
+            self.api.carry_along(body, [target])
+            shape = np.array(rest_positions(body) + 0.1 * rest_positions(body)[:, ::-1], np.float32)
+            key = module("scene.pose_key").ensure(body)
+            key.value = 1.0
+            module("scene.shape_keys").write(body, key, shape)
+            bpy.context.view_layer.update()
+            before = in_world(target, shown_positions(target))
+            with bpy.context.temp_override(selected_editable_objects=[bpy.data.objects[name] for name in applied]):
+                bpy.ops.object.transform_apply()
+            bpy.context.view_layer.update()
+            target = opened_again() and bpy.data.objects["Sleeve"]
+            body = bpy.data.objects["Tube"]
+            self.assert_close(in_world(target, shown_positions(target)), before, 1e-5)
+            module("scene.shape_keys").write(body, module("scene.pose_key").find(body), key_positions(body))
+            bpy.context.view_layer.update()
+            self.assert_close(in_world(target, shown_positions(target)), before, 0.02)
+
+    def test_another_mesh_under_a_followers_name_is_bound(self):
+        """Two followers of as many vertices have swapped their names."""
+        body, first, second = solved(), sleeve(), sleeve(Matrix.Translation((0.0, 0.0, 1.0)), "Cuff")
+        self.api.carry_along(body, [first, second])
+        shown = [shown_positions(obj) for obj in (first, second)]
+        first.name, second.name, first.name = "Other", "Sleeve", "Cuff"
+        self.api.solve(body)
+        for obj, positions in zip((first, second), shown, strict=True):
+            self.assert_close(shown_positions(obj), positions)
 
     def test_copies_of_body_and_follower_go_along_with_each_other(self):
         body, target = solved(), sleeve()
