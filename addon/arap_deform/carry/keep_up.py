@@ -72,6 +72,7 @@ def keep_up(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool = 
     """
     target = follower.target
     names = twins.names_of(body) if follower.is_enabled else []
+    twins.let_go(body, target)
     twins.keep_only(target, names)
     noted = late.add(target.name, [name for name in names if twins.find(target, name) is None])
     if not may_wait and wraps.is_bound(target.name):

@@ -65,6 +65,20 @@ def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Flo
     return twin
 
 
+def let_go(body: bpy.types.Object, target: bpy.types.Object) -> None:
+    """A key that was renamed is the artist's own, and so is its twin then: it stays tied, under the new name."""
+    twins, keys = target.arap.carried.twins, body.data.shape_keys
+    for index in reversed(range(len(twins))):
+        name = twins[index].name
+        twin = find(target, name) if shape_keys.find(body, name) is None else None
+        fcurve = _driver_of(target, twin) if twin is not None else None
+        paths = [path for data, path in _places(fcurve) if data == keys] if fcurve is not None else []
+        key = _key_at(keys, paths[0]) if paths else None  # Blender keeps the paths up to date
+        if twin is not None and key is not None:
+            twin.name = key.name
+            twins.remove(index)
+
+
 def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
     """Removes the twins of other keys."""
     twins, kept = target.arap.carried.twins, set(names)
@@ -78,15 +92,18 @@ def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
 
 def tie(body: bpy.types.Object, target: bpy.types.Object) -> None:
     """Gives a driver to the twins that have lost theirs, or have that of another body, as copies may."""
-    keys = target.data.shape_keys
-    drivers = keys.animation_data.drivers if keys is not None and keys.animation_data is not None else None
     for item in target.arap.carried.twins:
         key, twin = shape_keys.find(body, item.name), find(target, item.name)
         if key is None or twin is None:
             continue
-        fcurve = drivers.find(shape_keys.value_path(twin)) if drivers is not None else None
+        fcurve = _driver_of(target, twin)
         if fcurve is None or all(data != body.data.shape_keys for data, _ in _places(fcurve)):
             _drive(body, key, twin)
+
+
+def _driver_of(target: bpy.types.Object, twin: bpy.types.ShapeKey) -> bpy.types.FCurve | None:
+    animation = target.data.shape_keys.animation_data
+    return animation.drivers.find(shape_keys.value_path(twin)) if animation is not None else None
 
 
 def _places(fcurve: bpy.types.FCurve) -> list[tuple[bpy.types.ID, str]]:

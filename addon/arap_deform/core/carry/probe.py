@@ -16,7 +16,8 @@ SAME = 1e-5  # of the coordinates: what single precision leaves of them after Bl
 
 def probed(n: int) -> list[int]:
     """Numbers of the vertices that are looked at, of ``n``."""
-    return np.linspace(0, n - 1, min(n, MOST)).astype(int).tolist()
+    count = min(n, MOST)
+    return [k * (n - 1) // max(count - 1, 1) for k in range(count)]
 
 
 @dataclass(frozen=True, kw_only=True)
