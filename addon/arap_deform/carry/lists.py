@@ -50,9 +50,9 @@ def carry_along(
     if kind not in {"", *NAMES_OF_KINDS}:
         raise ValueError(f"kind = {kind!r}, must be 'bend' or 'rigid', or '' for the one that fits")
     targets = list(dict.fromkeys(objects))
-    for target in targets:
-        problems.check_new(body, target)
     depsgraph = bpy.context.evaluated_depsgraph_get()
+    for target in targets:
+        problems.check_new(body, target, depsgraph)
     places = [wraps.place_now(body, target, depsgraph) for target in targets]
     kinds = [kind or looks for looks in _looks(body, targets, places)]
     for each in zip(targets, places, kinds, strict=True):

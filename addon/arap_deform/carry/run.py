@@ -72,6 +72,8 @@ def _on_keys_changed(body: bpy.types.Object) -> None:
 
 
 def _on_rest_changes(body: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:
+    for target in problems.below(body):
+        problems.check(target)  # it would stay behind for good
     if body.arap.carried.body is not None:  # it goes along itself, and is bound at rest
         wraps.suspect(body.name)
         late.add(body.name, [twin.name for twin in body.arap.carried.twins])

@@ -224,6 +224,9 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     Args:
         pose: the live key.
         shape: (n, 3) contiguous float32, what it shows.
+
+    Raises:
+        ValueError: as hooks.rest_changes; nothing has changed.
     """
     for changes in hooks.rest_changes:
         changes(obj, pose)

@@ -123,6 +123,20 @@ class FollowTest(CarryTest):
         self.api.reset_pose(body)
         self.assert_at_rest(target)
 
+    def test_a_follower_that_cannot_take_the_new_rest_stops_it(self):
+        body, target, buckle = solved(), sleeve(), eye()
+        self.api.carry_along(body, [target])
+        self.api.carry_along(target, [buckle])
+        buckle.data.shape_keys.use_relative = False
+        bent = [shown_positions(obj) for obj in (body, target)]
+        message = "The shape keys of 'Eye' are absolute: turn on Relative in the shape keys panel"
+        self.assert_error(ValueError, message, self.api.apply_pose_as_rest, body)
+        for obj, positions in zip((body, target), bent, strict=True):
+            self.assert_close(shown_positions(obj), positions)
+            self.assertGreater(np.abs(positions - rest_positions(obj)).max(), 0.1)
+        body.arap.followers[0].is_enabled = False
+        self.api.apply_pose_as_rest(body)
+
     def test_a_baked_animation_has_keyframes_of_its_own_and_edit_again_shows_the_pose(self):
         body, target = animated(), sleeve()
         self.api.carry_along(body, [target])
@@ -294,7 +308,7 @@ class ListTest(CarryTest):
             (body, "'Tube' cannot go along with 'Tube': it is the mesh itself"),
             (
                 curve,
-                "'Belt' cannot go along with 'Tube': convert the curve to a mesh first (Object > Convert)",
+                "'Belt' cannot go along with 'Tube': convert it to a mesh first (Object > Convert)",
             ),
             (
                 body.arap.handles[0].target,
@@ -303,7 +317,10 @@ class ListTest(CarryTest):
             (cage, f"'{cage.name}' cannot go along with 'Tube': it is one of its handles"),
             (
                 hidden,
-                "'Elsewhere' cannot go along with 'Tube': it is not in this view layer, so its place is not known",
+                (
+                    "'Elsewhere' cannot go along with 'Tube': it is disabled in viewports or not in this view layer, "
+                    "so its place is not known; enable it, or hide it with the eye"
+                ),
             ),
             (other, "'Other' cannot go along with 'Tube', which goes along with it: that would be a circle"),
             (
@@ -561,6 +578,8 @@ class OperatorTest(CarryTest):
         hat = new_object("Hat", eye().data.copy(), Matrix.Translation((0.0, 0.0, 9.0)))
         hat.parent = body
         bpy.data.objects.remove(bpy.data.objects["Eye.001"])
+        button = new_object("Button", ball.data.copy(), ball.matrix_world)
+        button.arap.carried.body = body  # as a copy of a follower has it
         new_object("Far", hat.data.copy(), Matrix.Translation((3.0, 0.0, 2.0)))
         floor = bpy.data.meshes.new("Floor")
         floor.from_pydata([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [], [(0, 1, 2, 3)])
@@ -568,6 +587,6 @@ class OperatorTest(CarryTest):
         self.select(body)
         bpy.context.view_layer.update()
         self.assertEqual(bpy.ops.arap.carry_near(), {"FINISHED"})
-        self.assertEqual({follower.target for follower in body.arap.followers}, {clothes, ball, hat})
+        self.assertEqual({follower.target for follower in body.arap.followers}, {clothes, ball, hat, button})
         with self.assertRaisesRegex(RuntimeError, "No other mesh is near 'Tube'"):
             bpy.ops.arap.carry_near()
