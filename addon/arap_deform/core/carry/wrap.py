@@ -76,6 +76,11 @@ class Wrap:
         Raises:
             ValueError: the arrays cannot be used. MemoryError.
         """
+        is_finite = np.isfinite(inputs.points).all(axis=1)
+        if not is_finite.all():
+            raise ValueError(
+                f"Vertex {int(is_finite.argmin())} of '{inputs.name}' is at no finite place: repair or remove it"
+            )
         wrap = cls(inputs)
         mesh, wrap._whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)
         seen = wrap._space.to_solver(mesh.rest_positions)
