@@ -24,6 +24,14 @@ def entry_of(body: bpy.types.Object, target: bpy.types.Object) -> ArapFollower |
     return next((follower for follower in body.arap.followers if follower.target == target), None)
 
 
+def pair_of(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
+    """The body and the entry of the follower of that name, None if it is gone."""
+    target = bpy.data.objects.get((name, None))
+    body = target.arap.carried.body if target is not None else None
+    follower = entry_of(body, target) if body is not None else None
+    return (body, follower) if follower is not None else None
+
+
 def owner_of(target: bpy.types.Object) -> bpy.types.Object | None:
     """The mesh that has an object in its list and goes along with it; None also for a copy of a follower."""
     body = target.arap.carried.body

@@ -97,6 +97,8 @@ def _shift_rest(body: bpy.types.Object, follower: ArapFollower, pose: bpy.types.
 
 
 def _on_follower_changed(body: bpy.types.Object, follower: ArapFollower) -> None:
+    if follower.target is not None and not follower.is_enabled:
+        wraps.stop_binding(follower.target.name)
     look_again(body, follower, may_wait=not bpy.app.background)
 
 
@@ -172,14 +174,6 @@ def _forget_missing() -> None:
             forget(name)
 
 
-def _entry(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
-    """The body and the entry of the follower of that name, None if it is gone."""
-    target = bpy.data.objects.get((name, None))
-    body = target.arap.carried.body if target is not None else None
-    follower = problems.entry_of(body, target) if body is not None else None
-    return (body, follower) if follower is not None else None
-
-
 def _wake() -> None:
     if late.waiting() and not bpy.app.background and not bpy.app.timers.is_registered(_catch_up):
         bpy.app.timers.register(_catch_up, first_interval=0.0, persistent=True)
@@ -232,7 +226,7 @@ def _catch_up_now() -> None:
 def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
     """Calls ``act`` for each late follower that can work."""
     for name in late.waiting():
-        found = _entry(name)
+        found = problems.pair_of(name)
         if found is None:
             forget(name)
         elif not problems.problem_of(*found):
@@ -246,7 +240,7 @@ def _on_undo(*_: object) -> None:
     _forget_missing()
     wraps.suspect_all()
     for name in wraps.names():
-        found = _entry(name)
+        found = problems.pair_of(name)
         if found is not None:
             late.add(name, [pose_key.name_of(found[0])])
     if bpy.app.background:

@@ -11,7 +11,6 @@ from mathutils import Matrix
 
 from ..core import native
 from ..core.arrays import Floats, Ints
-from ..core.background import Background
 from ..core.carry.pieces import loose_pieces
 from ..core.carry.probe import Probe, probed
 from ..core.carry.wrap import Wrap, WrapInput
@@ -19,12 +18,13 @@ from ..core.session_data import SessionMesh
 from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes, versions
+from .binding import Binding
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
 
 _bound: dict[str, Wrap] = {}
-_binding: dict[str, Background[Wrap]] = {}
+_binding: dict[str, Binding] = {}
 _suspect: set[str] = set()
 """Of those that are bound: a look at all arrays must tell whether they still fit."""
 
@@ -116,7 +116,7 @@ def bound(body: bpy.types.Object, follower: ArapFollower) -> Wrap:
         forget(name)  # a bind under way may be of former arrays
         begin(body, follower)
         try:
-            wrap = _binding[name].run(None)
+            wrap = _binding[name].work.run(None)
         finally:
             _binding.pop(name, None)
         _bound[name] = wrap
@@ -127,17 +127,17 @@ def begin(body: bpy.types.Object, follower: ArapFollower) -> None:
     """Begins to bind in the background, unless that is under way. Raises as bound()."""
     if follower.target.name not in _binding:
         _suspect.discard(follower.target.name)
-        steps = Wrap.bind(native.load(), read_input(body, follower))
-        _binding[follower.target.name] = Background(steps)
+        name = follower.target.name
+        _binding[name] = Binding(name, Wrap.bind(native.load(), read_input(body, follower)))
 
 
 def is_binding(name: str) -> bool:
     """Whether a bind of the follower of that name is under way. Goes on with it. Raises what it has raised."""
     binding = _binding.get(name)
-    if binding is None or binding.step():
+    if binding is None or binding.work.step():
         return binding is not None
     del _binding[name]
-    _bound[name] = binding.result()
+    _bound[name] = binding.work.result()
     return False
 
 
@@ -173,8 +173,12 @@ def forget(name: str) -> None:
     """The follower is not bound any more. A bind under way ends by itself."""
     _bound.pop(name, None)
     _suspect.discard(name)
+    stop_binding(name)
+
+
+def stop_binding(name: str) -> None:
     if name in _binding:
-        _binding.pop(name).drop()
+        _binding.pop(name).work.drop()
 
 
 def clear() -> None:

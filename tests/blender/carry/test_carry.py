@@ -204,6 +204,22 @@ class FollowTest(CarryTest):
         self.api.solve(body)
         self.assert_goes_along(body, target)
 
+    def test_what_ends_a_bind_in_the_background_switches_the_follower_off(self):
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        wraps, follower = module("carry.wraps"), body.arap.followers[0]
+        wraps.forget("Sleeve")
+        wraps.begin(body, follower)
+        binding = wraps._binding["Sleeve"]
+        if wraps.is_binding("Sleeve"):  # it may have ended
+            self.assertTrue(binding.wait().text.startswith("Preparing Sleeve, "))
+        text = "Preparing 'Sleeve' cancelled: it does not go along until it is ticked in the list"
+        self.assertEqual(binding.give_up(), text)
+        self.assertEqual((follower.is_enabled, wraps.is_any_binding()), (False, False))
+        self.assert_at_rest(target)
+        follower.is_enabled = True
+        self.assert_goes_along(body, target)
+
     def test_a_follower_may_carry_others(self):
         body, target, buckle = posable(), sleeve(), eye()
         self.api.carry_along(target, [buckle])
