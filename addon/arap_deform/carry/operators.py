@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..core.naming import listed
+from ..core.naming import counted, listed
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
 from .lists import carry_along, remove_at
 from .near import find_near
@@ -43,13 +43,17 @@ def why_no_follower(context: bpy.types.Context) -> str:
     )
 
 
+def added_text(body: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> str:
+    names = listed([obj.name for obj in objects])
+    return f"Along with '{body.name}': {counted(len(objects), 'object')} ({names})"
+
+
 class CarryOperator(ArapOperator):
     """A mixin of those that add to the list."""
 
     def carry(self, body: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> None:
         carry_along(body, objects, may_wait=True)
-        names = listed([obj.name for obj in objects])
-        self.report({"INFO"}, f"Along with '{body.name}': {names}")  # type: ignore[attr-defined]
+        self.report({"INFO"}, added_text(body, objects))  # type: ignore[attr-defined]
 
 
 class ARAP_OT_carry_along(CarryOperator, bpy.types.Operator):

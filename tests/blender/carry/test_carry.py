@@ -604,5 +604,8 @@ class OperatorTest(CarryTest):
         bpy.context.view_layer.update()
         self.assertEqual(bpy.ops.arap.carry_near(), {"FINISHED"})
         self.assertEqual({follower.target for follower in body.arap.followers}, {clothes, ball, hat, button})
+        found = [follower.target for follower in body.arap.followers]
+        text = module("carry.operators").added_text(body, found)
+        self.assertRegex(text, r"^Along with 'Tube': 4 objects \(\w+, \w+, \w+ and 1 more\)$")
         with self.assertRaisesRegex(RuntimeError, "No other mesh is near 'Tube'"):
             bpy.ops.arap.carry_near()
