@@ -35,8 +35,8 @@ def carry_along(
 
     Args:
         body: the mesh that they go along with.
-        kind: "bend" or "rigid", where each loose piece keeps its shape; "": rigid if all pieces are small, closed and
-            compact, and for an object that goes along already, as it is.
+        kind: "bend" or "rigid", where each loose piece keeps its shape; "": rigid if all pieces are small and compact,
+            see looks_rigid(), and for an object that goes along already, as it is.
         may_wait: they are bound in the background, if there is a window.
 
     Returns:
