@@ -68,6 +68,8 @@ def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Flo
 def let_go(body: bpy.types.Object, target: bpy.types.Object) -> None:
     """A key that was renamed is the artist's own, and so is its twin then: it stays tied, under the new name."""
     twins, keys = target.arap.carried.twins, body.data.shape_keys
+    if keys is None:
+        return
     for index in reversed(range(len(twins))):
         name = twins[index].name
         twin = find(target, name) if shape_keys.find(body, name) is None else None

@@ -473,6 +473,10 @@ class ListTest(CarryTest):
         body.shape_key_remove(body.data.shape_keys.key_blocks["ARAP"])
         bpy.context.view_layer.update()
         self.assertEqual(key_names(target), ["Basis"])
+        self.api.solve(body)
+        body.shape_key_clear()
+        bpy.context.view_layer.update()
+        self.assertEqual(key_names(target), ["Basis"])
 
     def test_a_key_that_the_artist_renames_keeps_its_twin(self):
         """As of any key that the artist has made his own, the add-on writes neither any more."""
