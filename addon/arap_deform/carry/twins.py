@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import bpy
 
 from ..core.arrays import Float32s
-from ..scene import baked, fcurves, shape_keys
+from ..scene import baked, fcurves, pose_key, shape_keys
 
 # Blender works out an expression as simple as this one by itself. So no Python runs, which a file may forbid.
 EXPRESSION = "value * (1 - mute)"
@@ -42,6 +42,18 @@ def _rest_name(target: bpy.types.Object) -> str:
     """Of the reference key, which is no twin, whatever a file says."""
     keys = target.data.shape_keys
     return keys.reference_key.name if keys is not None else ""
+
+
+def why_hidden(body: bpy.types.Object, target: bpy.types.Object) -> str:
+    """Why Blender does not show the twin of the pose, one sentence; '' if it does, or if there is none."""
+    twin = find(target, pose_key.name_of(body))
+    if twin is None:
+        return ""
+    try:
+        shape_keys.check_not_hidden(target, twin)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Float32s) -> bpy.types.ShapeKey:

@@ -378,6 +378,11 @@ class ListTest(CarryTest):
             self.problem(body), "The shape keys of 'Sleeve' are absolute: turn on Relative in the shape keys panel"
         )
         target.data.shape_keys.use_relative = True
+        target.show_only_shape_key = True
+        self.assertEqual(
+            self.problem(body), "'Sleeve' shows another shape key alone: turn off Shape Key Lock (the pin icon)"
+        )
+        target.show_only_shape_key = False
         target.shape_key_clear()
         self.api.solve(body)
         self.assertEqual(self.problem(body), "'Sleeve' has lost its shape keys: press Carry Along again")
