@@ -18,6 +18,7 @@ from ..core.session_data import SessionMesh
 from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes, versions
+from ..ui import waiting
 from .binding import Binding
 
 if TYPE_CHECKING:
@@ -116,7 +117,8 @@ def bound(body: bpy.types.Object, follower: ArapFollower) -> Wrap:
         forget(name)  # a bind under way may be of former arrays
         begin(body, follower)
         try:
-            wrap = _binding[name].work.run(None)
+            with waiting.at_mouse() as progress:
+                wrap = _binding[name].work.run(progress)
         finally:
             _binding.pop(name, None)
         _bound[name] = wrap

@@ -19,6 +19,7 @@ from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
+from ..ui import waiting
 
 BIND_SHARE = 0.3  # of the progress of a solve that has to bind first
 
@@ -118,12 +119,8 @@ def _part(progress: Progress | None, start: float, end: float) -> Progress | Non
 
 def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
     """As solve(), with progress at the mouse: for operators whose redo panel solves again at every change."""
-    windows = context.window_manager
-    windows.progress_begin(0, 100)
-    try:
-        return solve(obj, context.evaluated_depsgraph_get(), lambda done: windows.progress_update(100 * done))
-    finally:
-        windows.progress_end()
+    with waiting.at_mouse() as progress:
+        return solve(obj, context.evaluated_depsgraph_get(), progress)
 
 
 def unsettled_text(readout: Readout) -> str:
