@@ -26,6 +26,8 @@ from .probe import Probe, probed
 if TYPE_CHECKING:
     import arap_native
 
+FIRST_LOOK = 1000  # vertices that tell that a mesh is posed, if not only a small part of it is
+
 
 @dataclass(frozen=True, kw_only=True)
 class WrapInput:
@@ -119,7 +121,7 @@ class Wrap:
         kind: Any = np.float32 if inputs.pieces is None else np.float64
         self._solved: NDArray[Any] = np.empty(inputs.points.shape, dtype=kind)
         self._mapped: NDArray[Any] = np.empty(inputs.points.shape, dtype=kind)
-        self._surface = np.empty_like(self._rest_of_mesh)
+        self._surface = np.empty_like(self._rest_of_mesh if self._space.is_stretched else self._rest_of_mesh[:0])
 
     def is_of(self, inputs: WrapInput) -> bool:
         """Whether a bind of ``inputs`` would be the same."""
@@ -141,7 +143,7 @@ class Wrap:
         Raises:
             ValueError: positions that are not finite, or a result beyond single precision.
         """
-        if np.array_equal(positions, self._rest_of_mesh):
+        if self._is_at_rest(positions):
             return self.rest
         surface = self._seen(positions)
         if self._solved.dtype == np.float32:
@@ -151,6 +153,12 @@ class Wrap:
         map_points(self._solved, self._linear.astype(self._solved.dtype), self._mapped)
         self._mapped += self._shift.astype(self._solved.dtype)
         return np.asarray(self._mapped, dtype=np.float32)
+
+    def _is_at_rest(self, positions: Float32s) -> bool:
+        """A few vertices first: with many small followers, to compare all would be much of a frame."""
+        step = max(1, self.n_vertices // FIRST_LOOK)
+        is_so = np.array_equal(positions[::step], self._rest_of_mesh[::step])
+        return is_so and np.array_equal(positions, self._rest_of_mesh)
 
     def _seen(self, positions: Float32s) -> NDArray[Any]:
         """What carries, completed and in solver space."""
