@@ -72,7 +72,7 @@ class ARAP_OT_carry_along(CarryOperator, bpy.types.Operator):
 class ARAP_OT_carry_near(CarryOperator, bpy.types.Operator):
     bl_idname = "arap.carry_near"
     bl_label = "Carry What Is Near"
-    bl_description = "Children of this mesh, and visible meshes that lie on it or in it, go along with it"
+    bl_description = "Visible meshes that are children of this one, or lie on it or in it, go along with it"
     why_not = staticmethod(why_no_body)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:

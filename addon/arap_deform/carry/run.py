@@ -206,11 +206,14 @@ def _must_wait(body: bpy.types.Object, follower: ArapFollower) -> bool:
         return True
     if wraps.is_binding(target.name):
         return True
-    if wraps.get(body, follower) is None and any(_is_posed(body, name) for name in late.keys.get(target.name, ())):
-        if not wraps.is_any_binding():  # one after the other: each has all threads, and reading a mesh takes a moment
-            wraps.begin(body, follower)
+    if wraps.get(body, follower) is not None:
+        return False
+    if wraps.is_any_binding():  # one after the other: each has all threads, and reading a mesh takes a moment
         return True
-    return False
+    if not any(_is_posed(body, name) for name in late.keys.get(target.name, ())):
+        return False
+    wraps.begin(body, follower)
+    return True
 
 
 def _is_posed(body: bpy.types.Object, name: str) -> bool:
@@ -225,12 +228,13 @@ def _catch_up_now() -> None:
 
 def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
     """Calls ``act`` for each late follower that can work."""
-    for name in late.waiting():
-        found = problems.pair_of(name)
-        if found is None:
-            forget(name)
-        elif not problems.problem_of(*found):
-            guarded(*found, partial(act, *found))
+    with wraps.reading_once():
+        for name in late.waiting():
+            found = problems.pair_of(name)
+            if found is None:
+                forget(name)
+            elif not problems.problem_of(*found):
+                guarded(*found, partial(act, *found))
 
 
 @persistent

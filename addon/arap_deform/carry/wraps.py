@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import bpy
@@ -28,6 +30,9 @@ _bound: dict[str, Wrap] = {}
 _binding: dict[str, Binding] = {}
 _suspect: set[str] = set()
 """Of those that are bound: a look at all arrays must tell whether they still fit."""
+
+_read: dict[str, SessionMesh] | None = None
+"""By the names of bodies, see reading_once()."""
 
 
 def place_of(follower: ArapFollower) -> Floats:
@@ -55,10 +60,28 @@ def read_input(body: bpy.types.Object, follower: ArapFollower) -> WrapInput:
     )
 
 
+@contextmanager
+def reading_once() -> Iterator[None]:
+    """Every body is read once for all its followers, while no rest shape changes."""
+    global _read  # noqa: PLW0603 - of the block that is outermost
+    if _read is not None:
+        yield
+        return
+    _read = {}
+    try:
+        yield
+    finally:
+        _read = None
+
+
 def _read_body(body: bpy.types.Object) -> SessionMesh:
     if body.data.is_editmode:
         raise ValueError(f"'{body.name}' is in Edit Mode: what goes along with it waits")
-    return meshes.read_mesh(body)
+    if _read is None:
+        return meshes.read_mesh(body)
+    if body.name not in _read:
+        _read[body.name] = meshes.read_mesh(body)
+    return _read[body.name]
 
 
 def _pieces_of(target: bpy.types.Object) -> Ints:
