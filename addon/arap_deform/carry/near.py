@@ -60,8 +60,8 @@ def _sampled(other: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
 
 
 def _is_near(cells: Cells, size: float, samples: Floats) -> bool:
-    if np.linalg.norm(samples[-1] - samples[-2]) > LARGEST * size:
-        return False
+    if not (size > 0.0 and np.linalg.norm(samples[-1] - samples[-2]) <= LARGEST * size):
+        return False  # also of an object with a vertex that is not finite
     samples = samples[:-2]
     rows, _, _ = cells.pairs(samples)
     return 2 * len(np.unique(rows)) > len(samples)

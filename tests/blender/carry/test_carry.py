@@ -606,6 +606,8 @@ class OperatorTest(CarryTest):
         button = new_object("Button", ball.data.copy(), ball.matrix_world)
         button.arap.carried.body = body  # as a copy of a follower has it
         new_object("Far", hat.data.copy(), Matrix.Translation((3.0, 0.0, 2.0)))
+        nowhere = new_object("Nowhere", ball.data.copy(), ball.matrix_world)
+        nowhere.data.vertices[1].co.x = np.nan
         floor = bpy.data.meshes.new("Floor")
         floor.from_pydata([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [], [(0, 1, 2, 3)])
         new_object("Floor", floor)
