@@ -135,16 +135,22 @@ def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True
 def bound(body: bpy.types.Object, follower: ArapFollower) -> Wrap:
     """As get(), bound now if need be. Raises as read_input(), RuntimeError or MemoryError."""
     wrap = get(body, follower)
+    if wrap is None and follower.target.name in _binding:
+        _end_binding(follower.target.name)
+        wrap = get(body, follower)  # it may be of former arrays
     if wrap is None:
-        name = follower.target.name
-        forget(name)  # a bind under way may be of former arrays
         begin(body, follower)
-        try:
-            with waiting.at_mouse() as progress:
-                wrap = _binding[name].work.run(progress)
-        finally:
-            _binding.pop(name, None)
-        _bound[name] = wrap
+        wrap = _end_binding(follower.target.name)
+    return wrap
+
+
+def _end_binding(name: str) -> Wrap:
+    try:
+        with waiting.at_mouse() as progress:
+            wrap = _binding[name].work.run(progress)
+    finally:
+        _binding.pop(name, None)
+    _bound[name] = wrap
     return wrap
 
 

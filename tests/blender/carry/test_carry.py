@@ -220,6 +220,20 @@ class FollowTest(CarryTest):
         follower.is_enabled = True
         self.assert_goes_along(body, target)
 
+    def test_who_needs_a_bind_that_is_under_way_waits_for_it(self):
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        wraps, follower = module("carry.wraps"), body.arap.followers[0]
+        for is_edited in (False, True):
+            wraps.forget("Sleeve")
+            wraps.begin(body, follower)
+            begun = wraps._binding["Sleeve"].work
+            if is_edited:
+                module("scene.versions").write_key(target.data.shape_keys.reference_key, rest_positions(target) * 1.1)
+                wraps.suspect("Sleeve")
+            self.assertIs(wraps.bound(body, follower) is begun.result(), not is_edited)
+            self.assertFalse(wraps.is_any_binding())
+
     def test_a_follower_may_carry_others(self):
         body, target, buckle = posable(), sleeve(), eye()
         self.api.carry_along(target, [buckle])
