@@ -22,7 +22,7 @@ bl_info = {
 MODULES = {
     "props": ("pull", "preferences", "handles", "poses", "carry", "object"),
     "scene": ("remembered", "redraw"),
-    "ui": ("panels", "edit_mode", "waiting"),
+    "ui": ("panels", "edit_mode", "waiting", "esc"),
     "setup": (
         "handle_changes",
         "made_objects",
@@ -33,7 +33,7 @@ MODULES = {
         "group_operators",
         "panels",
     ),
-    "live": ("runs", "operators"),
+    "live": ("runs",),
     "show": ("overlay", "panel"),
     "pose": ("undo", "starts", "operators"),
     "cages": ("operators",),

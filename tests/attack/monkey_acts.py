@@ -146,6 +146,12 @@ def apply_modifier(monkey: Monkey) -> None:
     bpy.ops.object.modifier_apply(modifier=modifier.name)
 
 
+@changes_rest
+def apply_transform(monkey: Monkey) -> None:
+    monkey.select(monkey.mesh())
+    bpy.ops.object.transform_apply()
+
+
 # ---------------------------------------------------------------------------------------------------- shape keys
 
 
@@ -601,4 +607,5 @@ ACTS: dict[Act, int] = {
     move_key, absolute_keys, move_wildly, scale_wildly, constrain, drive, parent, rename, rename_group, delete_group,
     hide, save, load, change_scene, link_library, render, purge, bake_pose, reset_pose, pose_as_rest, bake_that_raises,
     change_target, new_handle, new_pin, remove_handle, stiffen, soften, act_beside_a_job, change_follower,
+    apply_transform,
 ], 1)  # fmt: skip

@@ -108,3 +108,22 @@ def test_their_coordinates_are_right_when_a_script_solves(ui: Ui) -> Steps:
         moved = scenes.key_positions(obj, KEY) - scenes.key_positions(obj, "Basis")
         assert np.abs(moved).max() > 0.2
     yield
+
+
+def test_esc_ends_the_preparation_of_a_follower(ui: Ui) -> Steps:
+    scenes.add_bar_with_handle(ui.api)
+    made, _ = add_clothes()
+    bpy.data.objects["Top"].location.x += 1.0
+    bpy.context.view_layer.update()
+    ui.api.solve(bar())
+    ui.select(made, bar())
+    with ui.held_stage():
+        assert ui.call(bpy.ops.arap.carry_along) == {"FINISHED"}
+        yield from ui.until(lambda: ui.waiting.shown() is not None, "the bar is drawn")
+        assert ui.waiting.shown()[1].text.startswith("Preparing Band, ")
+        yield from ui.key("ESC")
+        yield from ui.until(lambda: not bar().arap.followers[0].is_enabled, "it is switched off")
+        yield from ui.until_no_bar()
+    assert shift_of(band()) == 0.0
+    bar().arap.followers[0].is_enabled = True
+    yield from ui.until(lambda: shift_of(band()) > 0.3, "it goes along")

@@ -51,7 +51,7 @@ def test_disabled_while_a_mesh_that_follows_is_prepared(ui: Ui) -> Steps:
 
     def has_key() -> bool:
         keymap = bpy.context.window_manager.keyconfigs.addon.keymaps["3D View"]
-        return any(item.idname == "arap.follow_cancel" for item in keymap.keymap_items)
+        return any(item.idname == "arap.preparing_cancel" for item in keymap.keymap_items)
 
     yield from test_live.begin(ui)
     for _ in range(2):

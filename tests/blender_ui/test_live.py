@@ -218,7 +218,7 @@ def test_live_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
 
     ui.change(ui.waiting, "draw_wait", noting_draw)
     bar().arap.overlay.show_strain = True  # its legend is near the bar
-    assert not ui.can(bpy.ops.arap.follow_cancel), "without a bind Esc is Blender's own"
+    assert not ui.can(bpy.ops.arap.preparing_cancel), "without a bind Esc is Blender's own"
     with ui.held_stage():
         ui.sessions.drop("Bar")
         bpy.data.objects["Top"].location.x += 1.0
@@ -236,7 +236,7 @@ def test_live_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
         yield from ui.until(lambda: not bar().arap.is_live, "Follow is off")
         yield from ui.until_no_bar()
     np.testing.assert_array_equal(scenes.shown_positions(bar()), shown)
-    assert not ui.can(bpy.ops.arap.follow_cancel)
+    assert not ui.can(bpy.ops.arap.preparing_cancel)
     bar().arap.is_live = True
     yield from settle(ui)
     assert_followed(ui)

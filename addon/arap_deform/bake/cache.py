@@ -7,9 +7,11 @@ from pathlib import Path
 
 import bpy
 
+from ..carry.problems import below
 from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
+from ..core.naming import listed
 from ..scene import versions
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range
@@ -44,6 +46,7 @@ class MeshCacheJob(FramesJob[Path]):
         format_of(self._path)
         self._step = step
         self._add_modifier = add_modifier
+        self._left_out = [follower.name for follower in below(obj)]
         self._writer: CacheWriter | None = None
         super().__init__(obj, scene, list(range(start, end + 1, step)))
         fps = scene.render.fps / scene.render.fps_base
@@ -52,6 +55,11 @@ class MeshCacheJob(FramesJob[Path]):
         except BaseException:
             self.cancel()
             raise
+
+    @property
+    def warning(self) -> str:
+        left_out = f"What goes along is not in the cache, but in Bake Animation: {listed(self._left_out)}"
+        return "; ".join(filter(None, (super().warning, left_out if self._left_out else "")))
 
     def cancel(self) -> None:
         super().cancel()
@@ -90,7 +98,8 @@ def export_mesh_cache(
 ) -> Path:
     """Solves frames start, start + step, ... up to end as a bake does, and writes them to an MDD or PC2 file.
 
-    The file has the pose in object space, without modifiers and other shape keys, as the Mesh Cache modifier needs it.
+    The file has the pose in object space, without modifiers, other shape keys and what goes along with the mesh, as the
+    Mesh Cache modifier needs it.
     It is written frame by frame, so only the disk limits its length. A complete new file replaces an existing one.
 
     Args:

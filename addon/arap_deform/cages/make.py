@@ -10,8 +10,8 @@ import numpy as np
 
 from ..core import naming, native
 from ..core.arrays import Floats, Ints
-from ..core.background import Background, stage
-from ..core.job import STEP_S, run_job
+from ..core.background import stage
+from ..core.job import BackgroundJob, run_job
 from ..core.transforms import SolverSpace
 from ..scene import handle_motion, meshes, pose_key
 from ..scene.cages import read
@@ -26,7 +26,7 @@ CELLS = 5
 """Cubes along the longest side of the mesh: few vertices to move by hand."""
 
 
-class CageJob:
+class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
     """A Job that makes a cage, see make_cage(). It holds names, no Blender data."""
 
     noun = "cage"
@@ -41,22 +41,11 @@ class CageJob:
         self._space = SolverSpace(meshes.read_stretch(obj, bpy.context.evaluated_depsgraph_get()))
         shown = self._space.to_solver(pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64))
         job = native.load().begin_make_cage(shown, *meshes.read_faces(obj.data), cells)
-        self._work = Background(stage(job, f"Making a cage for '{obj.name}' was cancelled; nothing has changed"))
-
-    @property
-    def fraction(self) -> float:
-        return self._work.fraction
-
-    @property
-    def stage_fraction(self) -> float:
-        return self._work.fraction
+        super().__init__(stage(job, f"Making a cage for '{obj.name}' was cancelled; nothing has changed"))
 
     @property
     def status(self) -> str:
         return f"around {self.object_name}, {self.fraction:.0%}"
-
-    def step(self, time_limit_s: float = STEP_S) -> bool:
-        return self._work.step(time_limit_s)
 
     def finish(self) -> ArapHandle:
         """Adds the cage. Raises as add_cage(), or RuntimeError if the object is gone."""
@@ -79,9 +68,6 @@ class CageJob:
         if obj is None:
             raise RuntimeError(f"'{self.object_name}' is gone: its cage was not made")
         return obj
-
-    def cancel(self) -> None:
-        self._work.drop()
 
 
 def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mean_value") -> ArapHandle:

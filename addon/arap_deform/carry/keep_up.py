@@ -24,9 +24,9 @@ _busy: set[str] = set()
 
 
 def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
-    """Why an entry of the list does not go along now, '' if it does."""
+    """Why an entry of the list does not go along now, or is not seen to, '' if it is."""
     problem = problems.problem_of(body, follower)
-    return problem or late.faults.get(follower.target.name, "")
+    return problem or late.faults.get(follower.target.name, "") or twins.why_hidden(body, follower.target)
 
 
 def guarded(body: bpy.types.Object, follower: ArapFollower, act: Callable[[], object]) -> None:
@@ -72,6 +72,7 @@ def keep_up(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool = 
     """
     target = follower.target
     names = twins.names_of(body) if follower.is_enabled else []
+    twins.let_go(body, target)
     twins.keep_only(target, names)
     noted = late.add(target.name, [name for name in names if twins.find(target, name) is None])
     if not may_wait and wraps.is_bound(target.name):

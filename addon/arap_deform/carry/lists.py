@@ -15,8 +15,8 @@ from ..core.carry.pieces import looks_rigid
 from ..core.patches import surface_diagonal
 from ..core.transforms import transformed
 from ..props.carry import KINDS
-from ..scene import handle_motion, meshes, shape_keys
-from . import late, problems, run, twins
+from ..scene import meshes, shape_keys
+from . import late, problems, run, twins, wraps
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
@@ -35,8 +35,8 @@ def carry_along(
 
     Args:
         body: the mesh that they go along with.
-        kind: "bend" or "rigid", where each loose piece keeps its shape; "": rigid if all pieces are small, closed and
-            compact, and for an object that goes along already, as it is.
+        kind: "bend" or "rigid", where each loose piece keeps its shape; "": rigid if all pieces are small and compact,
+            see looks_rigid(), and for an object that goes along already, as it is.
         may_wait: they are bound in the background, if there is a window.
 
     Returns:
@@ -50,11 +50,10 @@ def carry_along(
     if kind not in {"", *NAMES_OF_KINDS}:
         raise ValueError(f"kind = {kind!r}, must be 'bend' or 'rigid', or '' for the one that fits")
     targets = list(dict.fromkeys(objects))
-    for target in targets:
-        problems.check_new(body, target)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    inverse = np.linalg.inv(handle_motion.object_matrix(body, depsgraph))
-    places = [inverse @ handle_motion.object_matrix(target, depsgraph) for target in targets]
+    for target in targets:
+        problems.check_new(body, target, depsgraph)
+    places = [wraps.place_now(body, target, depsgraph) for target in targets]
     kinds = [kind] * len(targets) if kind else _looks(body, targets, places)
     for each in zip(targets, places, kinds, strict=True):
         _add(body, *each, is_set=bool(kind))

@@ -10,6 +10,7 @@ from ..core.arrays import Floats
 from ..core.loose.near import Cells
 from ..core.transforms import transformed
 from ..scene import handle_motion, meshes
+from .problems import owner_of
 
 NEAR = 0.05  # from a vertex of the mesh, as a fraction of the mesh's size
 LARGEST = 1.2  # size of what goes along, in sizes of the mesh: a floor does not
@@ -39,7 +40,7 @@ def _may_go_along(body: bpy.types.Object, other: bpy.types.Object) -> bool:
     if other.type != "MESH" or other == body or other.library is not None or not other.visible_get():
         return False
     settings = other.arap
-    is_own = settings.carried.body is None and not (settings.handles or settings.pins or settings.followers)
+    is_own = owner_of(other) is None and not (settings.handles or settings.pins or settings.followers)
     return is_own and len(other.data.vertices) > 0 and not other.data.is_editmode
 
 
@@ -59,8 +60,8 @@ def _sampled(other: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
 
 
 def _is_near(cells: Cells, size: float, samples: Floats) -> bool:
-    if np.linalg.norm(samples[-1] - samples[-2]) > LARGEST * size:
-        return False
+    if not (size > 0.0 and np.linalg.norm(samples[-1] - samples[-2]) <= LARGEST * size):
+        return False  # also of an object with a vertex that is not finite
     samples = samples[:-2]
     rows, _, _ = cells.pairs(samples)
     return 2 * len(np.unique(rows)) > len(samples)

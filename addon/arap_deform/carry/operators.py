@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..core.naming import listed
+from ..core.naming import counted, listed
 from ..ui.checks import (
     ArapOperator,
     check_visible,
@@ -56,13 +56,17 @@ def why_moved_by_nothing(context: bpy.types.Context) -> str:
     return why_no_body(context) or ("" if body_of(posed_object(context)) else "This mesh goes along with nothing")
 
 
+def added_text(body: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> str:
+    names = listed([obj.name for obj in objects])
+    return f"Along with '{body.name}': {counted(len(objects), 'object')} ({names})"
+
+
 class CarryOperator(ArapOperator):
     """A mixin of those that add to the list."""
 
     def carry(self, body: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> None:
         carry_along(body, objects, may_wait=True)
-        names = listed([obj.name for obj in objects])
-        self.report({"INFO"}, f"Along with '{body.name}': {names}")  # type: ignore[attr-defined]
+        self.report({"INFO"}, added_text(body, objects))  # type: ignore[attr-defined]
 
 
 class ARAP_OT_carry_along(CarryOperator, bpy.types.Operator):
@@ -81,7 +85,7 @@ class ARAP_OT_carry_along(CarryOperator, bpy.types.Operator):
 class ARAP_OT_carry_near(CarryOperator, bpy.types.Operator):
     bl_idname = "arap.carry_near"
     bl_label = "Carry What Is Near"
-    bl_description = "Children of this mesh, and visible meshes that lie on it or in it, go along with it"
+    bl_description = "Visible meshes that are children of this one, or lie on it or in it, go along with it"
     why_not = staticmethod(why_no_body)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:

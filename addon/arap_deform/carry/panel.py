@@ -11,6 +11,7 @@ from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel, draw_text, split_column
 from . import late
 from .keep_up import problem_of
+from .problems import owner_of
 
 ICONS = {"bend": "MOD_CLOTH", "rigid": "MESH_UVSPHERE"}
 
@@ -47,15 +48,16 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        if settings.carried.body is not None:
-            draw_text(context, layout, f"Goes along with '{settings.carried.body.name}'.", "INFO")
+        body = owner_of(obj)
+        if body is not None:
+            draw_text(context, layout, f"Goes along with '{body.name}'.", "INFO")
             layout.operator("arap.carry_select", text="Select It", icon="RESTRICT_SELECT_OFF")
         index = settings.active_follower_index
         if settings.followers:
             row = layout.row()
             row.template_list("ARAP_UL_followers", "", settings, "followers", settings, "active_follower_index", rows=3)
             row.column().operator("arap.carry_remove", text="", icon="REMOVE")
-        elif settings.carried.body is None:
+        elif body is None:
             text = "Select clothes, hair and eyes, then Shift-click this mesh, and press Carry Along."
             draw_text(context, layout, text, "INFO")
         follower = settings.followers[index] if 0 <= index < len(settings.followers) else None

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 # What the artist can do instead, by the type of the object.
 OTHER_TYPES = {
-    "CURVE": "convert the curve to a mesh first (Object > Convert)",
+    **dict.fromkeys(("CURVE", "SURFACE", "FONT", "META"), "convert it to a mesh first (Object > Convert)"),
     "CURVES": "hair curves follow the surface that they grow on by themselves (Deform Curves on Surface)",
 }
 
@@ -24,7 +24,21 @@ def entry_of(body: bpy.types.Object, target: bpy.types.Object) -> ArapFollower |
     return next((follower for follower in body.arap.followers if follower.target == target), None)
 
 
-def check_new(body: bpy.types.Object, target: bpy.types.Object) -> None:
+def pair_of(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
+    """The body and the entry of the follower of that name, None if it is gone."""
+    target = bpy.data.objects.get((name, None))
+    body = target.arap.carried.body if target is not None else None
+    follower = entry_of(body, target) if body is not None else None
+    return (body, follower) if follower is not None else None
+
+
+def owner_of(target: bpy.types.Object) -> bpy.types.Object | None:
+    """The mesh that has an object in its list and goes along with it; None also for a copy of a follower."""
+    body = target.arap.carried.body
+    return body if body is not None and entry_of(body, target) is not None else None
+
+
+def check_new(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     """Raises ValueError if an object cannot be added to the followers of a mesh, and says what to do."""
     whose = f"'{target.name}' cannot go along with '{body.name}'"
     if target == body:
@@ -32,12 +46,15 @@ def check_new(body: bpy.types.Object, target: bpy.types.Object) -> None:
     if target.type != "MESH":
         other = OTHER_TYPES.get(target.type, "it is not a mesh")
         raise ValueError(f"{whose}: {other}")
-    if target.name not in bpy.context.view_layer.objects:
-        raise ValueError(f"{whose}: it is not in this view layer, so its place is not known")
+    if not meshes.is_evaluated(target, depsgraph):
+        raise ValueError(
+            f"{whose}: it is disabled in viewports or not in this view layer, so its place is not known; enable it, "
+            "or hide it with the eye"
+        )
     if _is_handle(body, target):
         raise ValueError(f"{whose}: it is one of its handles")
-    owner = target.arap.carried.body
-    if owner not in {None, body} and entry_of(owner, target) is not None and owner.users_scene:
+    owner = owner_of(target)
+    if owner not in {None, body} and owner.users_scene:
         raise ValueError(f"{whose}: it goes along with '{owner.name}' already; remove it from the list there first")
     if target in above(body):
         raise ValueError(f"{whose}, which goes along with it: that would be a circle")
@@ -80,6 +97,18 @@ def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
 def _is_handle(body: bpy.types.Object, target: bpy.types.Object) -> bool:
     """A cage that went along would be moved by what it moves."""
     return any(handle.target == target for handle in body.arap.handles)
+
+
+def below(body: bpy.types.Object) -> list[bpy.types.Object]:
+    """The meshes in some scene that go along with the body, those that go along with these, and so on."""
+    found = [body]
+    for obj in found:  # which grows
+        for follower in obj.arap.followers:
+            target = follower.target
+            is_there = follower.is_enabled and target is not None and target.type == "MESH" and target.users_scene
+            if is_there and target.arap.carried.body == obj and target not in found:
+                found.append(target)
+    return found[1:]
 
 
 def above(obj: bpy.types.Object) -> list[bpy.types.Object]:

@@ -72,6 +72,8 @@ def _on_keys_changed(body: bpy.types.Object) -> None:
 
 
 def _on_rest_changes(body: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:
+    for target in problems.below(body):
+        problems.check(target)  # it would stay behind for good
     if body.arap.carried.body is not None:  # it goes along itself, and is bound at rest
         wraps.suspect(body.name)
         late.add(body.name, [twin.name for twin in body.arap.carried.twins])
@@ -95,6 +97,8 @@ def _shift_rest(body: bpy.types.Object, follower: ArapFollower, pose: bpy.types.
 
 
 def _on_follower_changed(body: bpy.types.Object, follower: ArapFollower) -> None:
+    if follower.target is not None and not follower.is_enabled:
+        wraps.stop_binding(follower.target.name)
     look_again(body, follower, may_wait=not bpy.app.background)
 
 
@@ -106,7 +110,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         if not isinstance(update.id, bpy.types.Object):
             continue
         if update.is_updated_geometry:
-            _look_at(update.id.original)
+            _look_at(update.id.original, is_moved=update.is_updated_transform)
         if update.is_updated_transform and update.id.arap.followers:
             _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
     if not late.waiting():
@@ -117,8 +121,11 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _wake()
 
 
-def _look_at(obj: bpy.types.Object) -> None:
-    """Notes what the artist has done to the meshes and keys of a body or follower."""
+def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
+    """Notes what the artist has done to the meshes and keys of a body or follower.
+
+    ``is_moved``: its matrix has changed, too. Object > Apply may have done that, and must be seen before more changes.
+    """
     settings = obj.arap
     body = settings.carried.body
     pairs = [(obj, follower) for follower in settings.followers]
@@ -133,10 +140,12 @@ def _look_at(obj: bpy.types.Object) -> None:
     was_edited = obj.name in late.edited
     late.edited.discard(obj.name)
     for body, follower in pairs:
-        if was_edited:
+        name = follower.target.name
+        is_other = is_moved and wraps.is_bound(name) and wraps.get(body, follower, may_look=False) is None
+        if was_edited or is_other:
             _suspect(body, follower)
         elif not twins.are_all_there(body, follower.target):
-            late.add(follower.target.name)
+            late.add(name)
 
 
 def _look_at_scale(body: bpy.types.Object, world: Floats) -> None:
@@ -163,14 +172,6 @@ def _forget_missing() -> None:
     for name in wraps.names():
         if bpy.data.objects.get((name, None)) is None:
             forget(name)
-
-
-def _entry(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
-    """The body and the entry of the follower of that name, None if it is gone."""
-    target = bpy.data.objects.get((name, None))
-    body = target.arap.carried.body if target is not None else None
-    follower = problems.entry_of(body, target) if body is not None else None
-    return (body, follower) if follower is not None else None
 
 
 def _wake() -> None:
@@ -205,11 +206,14 @@ def _must_wait(body: bpy.types.Object, follower: ArapFollower) -> bool:
         return True
     if wraps.is_binding(target.name):
         return True
-    if wraps.get(body, follower) is None and any(_is_posed(body, name) for name in late.keys.get(target.name, ())):
-        if not wraps.is_any_binding():  # one after the other: each has all threads, and reading a mesh takes a moment
-            wraps.begin(body, follower)
+    if wraps.get(body, follower) is not None:
+        return False
+    if wraps.is_any_binding():  # one after the other: each has all threads, and reading a mesh takes a moment
         return True
-    return False
+    if not any(_is_posed(body, name) for name in late.keys.get(target.name, ())):
+        return False
+    wraps.begin(body, follower)
+    return True
 
 
 def _is_posed(body: bpy.types.Object, name: str) -> bool:
@@ -224,12 +228,13 @@ def _catch_up_now() -> None:
 
 def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
     """Calls ``act`` for each late follower that can work."""
-    for name in late.waiting():
-        found = _entry(name)
-        if found is None:
-            forget(name)
-        elif not problems.problem_of(*found):
-            guarded(*found, partial(act, *found))
+    with wraps.reading_once():
+        for name in late.waiting():
+            found = problems.pair_of(name)
+            if found is None:
+                forget(name)
+            elif not problems.problem_of(*found):
+                guarded(*found, partial(act, *found))
 
 
 @persistent
@@ -239,7 +244,7 @@ def _on_undo(*_: object) -> None:
     _forget_missing()
     wraps.suspect_all()
     for name in wraps.names():
-        found = _entry(name)
+        found = problems.pair_of(name)
         if found is not None:
             late.add(name, [pose_key.name_of(found[0])])
     if bpy.app.background:

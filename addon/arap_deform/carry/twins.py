@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import bpy
 
 from ..core.arrays import Float32s
-from ..scene import baked, fcurves, shape_keys
+from ..scene import baked, fcurves, pose_key, shape_keys
 
 # Blender works out an expression as simple as this one by itself. So no Python runs, which a file may forbid.
 EXPRESSION = "value * (1 - mute)"
@@ -44,6 +44,18 @@ def _rest_name(target: bpy.types.Object) -> str:
     return keys.reference_key.name if keys is not None else ""
 
 
+def why_hidden(body: bpy.types.Object, target: bpy.types.Object) -> str:
+    """Why Blender does not show the twin of the pose, one sentence; '' if it does, or if there is none."""
+    twin = find(target, pose_key.name_of(body))
+    if twin is None:
+        return ""
+    try:
+        shape_keys.check_not_hidden(target, twin)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Float32s) -> bpy.types.ShapeKey:
     """A twin of the body's key of that name. ``target`` has a reference key."""
     twin = _renamed(body, target, name)
@@ -65,6 +77,22 @@ def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Flo
     return twin
 
 
+def let_go(body: bpy.types.Object, target: bpy.types.Object) -> None:
+    """A key that was renamed is the artist's own, and so is its twin then: it stays tied, under the new name."""
+    twins, keys = target.arap.carried.twins, body.data.shape_keys
+    if keys is None:
+        return
+    for index in reversed(range(len(twins))):
+        name = twins[index].name
+        twin = find(target, name) if shape_keys.find(body, name) is None else None
+        fcurve = _driver_of(target, twin) if twin is not None else None
+        paths = [path for data, path in _places(fcurve) if data == keys] if fcurve is not None else []
+        key = _key_at(keys, paths[0]) if paths else None  # Blender keeps the paths up to date
+        if twin is not None and key is not None:
+            twin.name = key.name
+            twins.remove(index)
+
+
 def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
     """Removes the twins of other keys."""
     twins, kept = target.arap.carried.twins, set(names)
@@ -78,15 +106,18 @@ def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
 
 def tie(body: bpy.types.Object, target: bpy.types.Object) -> None:
     """Gives a driver to the twins that have lost theirs, or have that of another body, as copies may."""
-    keys = target.data.shape_keys
-    drivers = keys.animation_data.drivers if keys is not None and keys.animation_data is not None else None
     for item in target.arap.carried.twins:
         key, twin = shape_keys.find(body, item.name), find(target, item.name)
         if key is None or twin is None:
             continue
-        fcurve = drivers.find(shape_keys.value_path(twin)) if drivers is not None else None
+        fcurve = _driver_of(target, twin)
         if fcurve is None or all(data != body.data.shape_keys for data, _ in _places(fcurve)):
             _drive(body, key, twin)
+
+
+def _driver_of(target: bpy.types.Object, twin: bpy.types.ShapeKey) -> bpy.types.FCurve | None:
+    animation = target.data.shape_keys.animation_data
+    return animation.drivers.find(shape_keys.value_path(twin)) if animation is not None else None
 
 
 def _places(fcurve: bpy.types.FCurve) -> list[tuple[bpy.types.ID, str]]:
@@ -108,12 +139,18 @@ def _renamed(body: bpy.types.Object, target: bpy.types.Object, name: str) -> bpy
     keys, path = target.data.shape_keys, shape_keys.value_path(shape_keys.find(body, name))
     for fcurve in keys.animation_data.drivers if keys.animation_data else ():
         if fcurve.driver.expression == EXPRESSION and (body.data.shape_keys, path) in _places(fcurve):
-            try:
-                found = keys.path_resolve(fcurve.data_path.rpartition(".")[0])
-            except ValueError:  # the key is gone, its driver is not
-                continue
-            return found
+            found = _key_at(keys, fcurve.data_path)
+            if found is not None and found.name != _rest_name(target):
+                return found
     return None
+
+
+def _key_at(keys: bpy.types.Key, path: str) -> bpy.types.ShapeKey | None:
+    """The key of which ``path`` is a property; None if it is gone."""
+    try:
+        return keys.path_resolve(path.rpartition(".")[0])
+    except ValueError:
+        return None
 
 
 def _drive(body: bpy.types.Object, key: bpy.types.ShapeKey, twin: bpy.types.ShapeKey) -> None:

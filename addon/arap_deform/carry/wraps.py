@@ -3,28 +3,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from ..core import native
 from ..core.arrays import Floats, Ints
-from ..core.background import Background
 from ..core.carry.pieces import loose_pieces
+from ..core.carry.probe import Probe, probed
 from ..core.carry.wrap import Wrap, WrapInput
 from ..core.session_data import SessionMesh
 from ..props import preferences
 from ..props.bounds import bounded
-from ..scene import meshes, versions
+from ..scene import handle_motion, meshes, versions
+from ..ui import waiting
+from .binding import Binding
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
 
 _bound: dict[str, Wrap] = {}
-_binding: dict[str, Background[Wrap]] = {}
+_binding: dict[str, Binding] = {}
 _suspect: set[str] = set()
 """Of those that are bound: a look at all arrays must tell whether they still fit."""
+
+_read: dict[str, SessionMesh] | None = None
+"""By the names of bodies, see reading_once()."""
 
 
 def place_of(follower: ArapFollower) -> Floats:
@@ -48,18 +56,60 @@ def read_input(body: bpy.types.Object, follower: ArapFollower) -> WrapInput:
         points=meshes.read_rest(target),
         place=place,
         pieces=_pieces_of(target) if bounded(follower, "kind") == "rigid" else None,
+        # A stand-in is coarser than the meshes that it stands for: they have no distance from it, and no facets of it.
+        keeps_distance=not body.arap.is_stand_in,
         threads=preferences.threads(),
     )
+
+
+@contextmanager
+def reading_once() -> Iterator[None]:
+    """Every body is read once for all its followers, while no rest shape changes."""
+    global _read  # noqa: PLW0603 - of the block that is outermost
+    if _read is not None:
+        yield
+        return
+    _read = {}
+    try:
+        yield
+    finally:
+        _read = None
 
 
 def _read_body(body: bpy.types.Object) -> SessionMesh:
     if body.data.is_editmode:
         raise ValueError(f"'{body.name}' is in Edit Mode: what goes along with it waits")
-    return meshes.read_mesh(body)
+    if _read is None:
+        return meshes.read_mesh(body)
+    if body.name not in _read:
+        _read[body.name] = meshes.read_mesh(body)
+    return _read[body.name]
 
 
 def _pieces_of(target: bpy.types.Object) -> Ints:
     return loose_pieces(len(target.data.vertices), versions.read_edges(target.data))
+
+
+def place_now(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
+    """(4, 4) from the space of an object to that of the body. Raises ValueError if one has no inverse."""
+    world = handle_motion.object_matrix(body, depsgraph)
+    return np.asarray(np.linalg.inv(world) @ handle_motion.object_matrix(target, depsgraph))
+
+
+def _probe(body: bpy.types.Object, follower: ArapFollower, place: Floats) -> Probe:
+    points, surface = (meshes.read_rest_at(obj, probed(len(obj.data.vertices))) for obj in (follower.target, body))
+    return Probe(points=points, surface=surface, place=place)
+
+
+def _take_applied_place(body: bpy.types.Object, follower: ArapFollower, wrap: Wrap) -> None:
+    """After Object > Apply to the follower or the body, the place is another one that says the same."""
+    depsgraph = meshes.drawn_depsgraph(bpy.context)
+    try:
+        now = place_now(body, follower.target, depsgraph)
+    except ValueError:
+        return
+    if wrap.probe.is_applied(_probe(body, follower, now)):
+        follower.set_place(Matrix(now))
 
 
 def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True) -> Wrap | None:
@@ -72,6 +122,9 @@ def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True
     if wrap is None or (name in _suspect and not may_look):
         return None
     fits = (wrap.n_points, wrap.n_vertices) == (len(follower.target.data.vertices), len(body.data.vertices))
+    if fits and not wrap.probe.is_same(_probe(body, follower, place_of(follower))):
+        _take_applied_place(body, follower, wrap)
+        fits = False
     if fits and name in _suspect:
         fits = wrap.is_of(read_input(body, follower))
         _suspect.discard(name)
@@ -84,15 +137,22 @@ def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True
 def bound(body: bpy.types.Object, follower: ArapFollower) -> Wrap:
     """As get(), bound now if need be. Raises as read_input(), RuntimeError or MemoryError."""
     wrap = get(body, follower)
+    if wrap is None and follower.target.name in _binding:
+        _end_binding(follower.target.name)
+        wrap = get(body, follower)  # it may be of former arrays
     if wrap is None:
-        name = follower.target.name
-        forget(name)  # a bind under way may be of former arrays
         begin(body, follower)
-        try:
-            wrap = _binding[name].run(None)
-        finally:
-            _binding.pop(name, None)
-        _bound[name] = wrap
+        wrap = _end_binding(follower.target.name)
+    return wrap
+
+
+def _end_binding(name: str) -> Wrap:
+    try:
+        with waiting.at_mouse() as progress:
+            wrap = _binding[name].work.run(progress)
+    finally:
+        _binding.pop(name, None)
+    _bound[name] = wrap
     return wrap
 
 
@@ -100,17 +160,17 @@ def begin(body: bpy.types.Object, follower: ArapFollower) -> None:
     """Begins to bind in the background, unless that is under way. Raises as bound()."""
     if follower.target.name not in _binding:
         _suspect.discard(follower.target.name)
-        steps = Wrap.bind(native.load(), read_input(body, follower))
-        _binding[follower.target.name] = Background(steps)
+        name = follower.target.name
+        _binding[name] = Binding(name, Wrap.bind(native.load(), read_input(body, follower)))
 
 
 def is_binding(name: str) -> bool:
     """Whether a bind of the follower of that name is under way. Goes on with it. Raises what it has raised."""
     binding = _binding.get(name)
-    if binding is None or binding.step():
+    if binding is None or binding.work.step():
         return binding is not None
     del _binding[name]
-    _bound[name] = binding.result()
+    _bound[name] = binding.work.result()
     return False
 
 
@@ -146,8 +206,12 @@ def forget(name: str) -> None:
     """The follower is not bound any more. A bind under way ends by itself."""
     _bound.pop(name, None)
     _suspect.discard(name)
+    stop_binding(name)
+
+
+def stop_binding(name: str) -> None:
     if name in _binding:
-        _binding.pop(name).drop()
+        _binding.pop(name).work.drop()
 
 
 def clear() -> None:

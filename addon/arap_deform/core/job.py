@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from types import GenericAlias
+from typing import Any, Generic, Protocol, TypeVar
 
-from .background import Cancelled, Progress
+from .background import Background, Cancelled, Progress, Steps
 
 STEP_S = 0.1  # default length of a step
 
+Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
 
 
@@ -42,6 +44,31 @@ class Job(Protocol[Result_co]):
 
     def cancel(self) -> None:
         """Everything as before."""
+
+
+class BackgroundJob(Generic[Result]):
+    """The base of Jobs that do all their work in the background, before finish()."""
+
+    __class_getitem__: Any = classmethod(GenericAlias)  # see Background
+
+    def __init__(self, steps: Steps[Result]) -> None:
+        """Begins."""
+        self._work = Background(steps)
+
+    @property
+    def fraction(self) -> float:
+        return self._work.fraction
+
+    @property
+    def stage_fraction(self) -> float:
+        return self._work.fraction
+
+    def step(self, time_limit_s: float = STEP_S) -> bool:
+        """Waits for up to ``time_limit_s``; True while there is more to do. After the last step, call finish()."""
+        return self._work.step(time_limit_s)
+
+    def cancel(self) -> None:
+        self._work.drop()
 
 
 def run_job(job: Job[Result_co], progress: Progress | None = None) -> Result_co:

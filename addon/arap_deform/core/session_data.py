@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
 
 from .arrays import Floats, Ints
 
@@ -25,6 +29,14 @@ class SessionMesh:
     rest_positions: Floats
     corner_vertices: Ints
     face_sizes: Ints
+
+    @cached_property
+    def signature(self) -> int:
+        """A fingerprint of the arrays, the positions in single precision."""
+        value = 0
+        for array in (self.rest_positions.astype(np.float32), self.corner_vertices, self.face_sizes):
+            value = zlib.crc32(np.ascontiguousarray(array).tobytes(), value)
+        return value
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,11 @@ STROKE_PAUSE_S = 0.15
 ACCURACY = 1e-4
 
 
+def is_playing() -> bool:
+    """Whether a window plays the animation."""
+    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
+
+
 class BlenderFollowScene:
     """Looks its object up by name each time."""
 

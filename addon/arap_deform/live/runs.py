@@ -14,11 +14,12 @@ from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
-from ..follow.scene import is_rendering
+from ..follow.scene import is_playing, is_rendering
 from ..props import hooks, preferences
 from ..scene import meshes, redraw, undo_step
 from ..scene.console import say
 from ..ui import waiting
+from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind
 from .run import LiveRun, When
 from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
@@ -30,7 +31,7 @@ SLOW_TIMER_S = 0.2  # while it only waits for the end of a pause, a playback or 
 NOT_RENDERED = "Rendered without Follow: the mesh kept one shape. Bake the animation before rendering it"
 
 
-class Run(LiveRun):
+class Run(LiveRun, EndedByEsc):
     """The run of one object, and its scene."""
 
     def __init__(self, obj: bpy.types.Object, *, is_waiting: bool) -> None:
@@ -41,9 +42,14 @@ class Run(LiveRun):
     def wait(self) -> Wait | None:
         if self.pause or is_rendering():
             return None
-        # An act, or the playback, would take Esc.
-        ends_on_esc = not (sessions.acts or _is_playing())
-        return wait_for_bind(self.scene.name, self, ends_on_esc=ends_on_esc)
+        return wait_for_bind(self.scene.name, self, ends_on_esc=is_free())
+
+    def give_up(self) -> str:
+        obj = self.scene.obj
+        if obj is None:
+            return ""
+        obj.arap.is_live = False
+        return f"Preparing '{obj.name}' cancelled: Follow is off, and nothing has moved"
 
     def end(self) -> None:
         super().end()
@@ -183,14 +189,10 @@ def _on_render_end(*_: object) -> None:
 
 
 def _how_frame_changed() -> When:
-    if _is_playing():
+    if is_playing():
         return When.PLAYBACK
     # A viewport render does not tell of itself: it is a change of frame like any other.
     return When.SCRUB if any(w.screen.is_scrubbing for w in bpy.context.window_manager.windows) else When.FRAME
-
-
-def _is_playing() -> bool:
-    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
 
 
 def _wake() -> None:
@@ -204,10 +206,10 @@ def _on_timer() -> float | None:
     _find(())
     start = time.perf_counter()
     shown = _shown()
-    is_playing = _is_playing()
+    playing = is_playing()
     runs = [run for run in _runs.values() if run.wants_timer]
     for run in runs:
-        run.tick(is_playing=is_playing, time_limit_s=preferences.refine_time_s() / len(runs))
+        run.tick(is_playing=playing, time_limit_s=preferences.refine_time_s() / len(runs))
     if _shown() != shown:
         redraw.tag_panels()
     left = [run for run in _runs.values() if run.wants_timer]
@@ -216,7 +218,7 @@ def _on_timer() -> float | None:
             waiting.watch(run)
     if not left:
         return None
-    if all(run.pause or (is_playing and not run.is_binding) for run in left):
+    if all(run.pause or (playing and not run.is_binding) for run in left):
         return SLOW_TIMER_S
     return max(TIMER_S, time.perf_counter() - start)  # Blender gets half of the time
 

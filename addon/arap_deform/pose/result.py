@@ -82,7 +82,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     Stored poses take the handles to the same places as before.
 
     Raises:
-        ValueError: there is no pose, the live key does not show it, or the mesh must not be written.
+        ValueError: there is no pose, the live key does not show it, or the mesh or a follower must not be written.
         RuntimeError: an act uses the mesh.
     """
     key = _live_key(obj)

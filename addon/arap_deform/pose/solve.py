@@ -8,8 +8,8 @@ from dataclasses import replace
 import bpy
 
 from ..core import sessions
-from ..core.background import Background, Progress, Steps, part
-from ..core.job import STEP_S
+from ..core.background import Progress, Steps, part
+from ..core.job import BackgroundJob
 from ..core.naming import counted
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
@@ -19,6 +19,7 @@ from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
+from ..ui import waiting
 
 BIND_SHARE = 0.3  # of the progress of a solve that has to bind first
 
@@ -50,7 +51,7 @@ def begin_solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = N
     return SolveJob(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
 
 
-class SolveJob:
+class SolveJob(BackgroundJob[Readout]):
     """A solve in the background, so that an operator can show progress and take Esc.
 
     Nothing in the file changes before finish(). If step() or finish() raises, call cancel(). It holds no Blender data.
@@ -68,24 +69,12 @@ class SolveJob:
         self._session: AnySession | None = None
         sessions.drop(obj.name)  # it is busy now
         sessions.claim(obj.name, self)
-        self._work = Background(self._steps())
-
-    @property
-    def fraction(self) -> float:
-        return self._work.fraction
-
-    @property
-    def stage_fraction(self) -> float:
-        return self._work.fraction
+        super().__init__(self._steps())
 
     @property
     def status(self) -> str:
         text = "preparing the mesh, {:.0%}" if self._session is None else "solving, {:.0%}"
         return text.format(self.fraction)
-
-    def step(self, time_limit_s: float = STEP_S) -> bool:
-        """Waits for up to ``time_limit_s``; True while there is more to do. After the last step, call finish()."""
-        return self._work.step(time_limit_s)
 
     def finish(self) -> Readout:
         """Writes the shape key and keeps the session. Raises as solve()."""
@@ -103,7 +92,7 @@ class SolveJob:
         return result
 
     def cancel(self) -> None:
-        self._work.drop()
+        super().cancel()
         sessions.release(self.object_name, self)
         obj = bpy.data.objects.get(self.object_name)
         if obj is None or mesh.counts_problem(obj, self._inputs):
@@ -130,12 +119,8 @@ def _part(progress: Progress | None, start: float, end: float) -> Progress | Non
 
 def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
     """As solve(), with progress at the mouse: for operators whose redo panel solves again at every change."""
-    windows = context.window_manager
-    windows.progress_begin(0, 100)
-    try:
-        return solve(obj, context.evaluated_depsgraph_get(), lambda done: windows.progress_update(100 * done))
-    finally:
-        windows.progress_end()
+    with waiting.at_mouse() as progress:
+        return solve(obj, context.evaluated_depsgraph_get(), progress)
 
 
 def unsettled_text(readout: Readout) -> str:

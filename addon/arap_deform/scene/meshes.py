@@ -51,6 +51,13 @@ def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
     return versions.read_key(keys.reference_key) if keys else versions.read_positions(obj.data)
 
 
+def read_rest_at(obj: bpy.types.Object, vertices: Sequence[int]) -> NDArray[np.float32]:
+    """(k, 3) float32 rest positions of some vertices: quicker than read_rest(), if they are few."""
+    keys = obj.data.shape_keys
+    points = keys.reference_key.data if keys else obj.data.vertices
+    return np.array([points[vertex].co for vertex in vertices], dtype=np.float32).reshape(-1, 3)
+
+
 def read_mesh(obj: bpy.types.Object) -> SessionMesh:
     """The mesh at rest. Call check_mesh() before."""
     return SessionMesh(read_rest(obj).astype(np.float64), *read_faces(obj.data))

@@ -48,6 +48,15 @@ def check_animatable(obj: bpy.types.Object) -> None:
 
 def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
     """Raises ValueError if Blender would not show what is written to ``key``, and says what to do."""
+    check_not_hidden(obj, key)
+    if fcurves.is_animated(obj.data.shape_keys, value_path(key)):
+        raise ValueError(
+            f"The value of shape key '{key.name}' of '{obj.name}' is animated: delete its keyframes or driver"
+        )
+
+
+def check_not_hidden(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
+    """As check_shown(), whatever the value of ``key`` is."""
     keys = obj.data.shape_keys
     if key.mute:
         raise ValueError(
@@ -69,10 +78,6 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
     if key.vertex_group:
         raise ValueError(
             f"Shape key '{key.name}' of '{obj.name}' is limited to vertex group '{key.vertex_group}': clear that field"
-        )
-    if fcurves.is_animated(keys, value_path(key)):
-        raise ValueError(
-            f"The value of shape key '{key.name}' of '{obj.name}' is animated: delete its keyframes or driver"
         )
 
 
@@ -224,6 +229,9 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     Args:
         pose: the live key.
         shape: (n, 3) contiguous float32, what it shows.
+
+    Raises:
+        ValueError: as hooks.rest_changes; nothing has changed.
     """
     for changes in hooks.rest_changes:
         changes(obj, pose)

@@ -36,10 +36,11 @@ def check(pieces: Sequence[bpy.types.Object], vertices: int) -> None:
     reason = why_needless(pieces, vertices)
     if reason:
         raise ValueError(reason)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
     body = bpy.data.objects.new(NAME, None)  # has the name that the stand-in will have
     try:
         for piece in pieces:
-            problems.check_new(body, piece)
+            problems.check_new(body, piece, depsgraph)
     finally:
         bpy.data.objects.remove(body)
 

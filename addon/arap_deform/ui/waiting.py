@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import bpy
 
+from ..core.background import Progress
 from ..scene import redraw
 from .on_screen import draw_wait
 from .waits import Wait, Waiter, Waiters
@@ -24,6 +28,17 @@ def watch(waiter: Waiter) -> None:
 def shown() -> tuple[Waiter, Wait] | None:
     """What is shown now."""
     return _waiters.shown
+
+
+@contextmanager
+def at_mouse() -> Iterator[Progress]:
+    """For work that Blender waits for: how far it is, beside the mouse. Esc does not end it."""
+    windows = bpy.context.window_manager
+    windows.progress_begin(0, 100)
+    try:
+        yield lambda done: windows.progress_update(100 * done)
+    finally:
+        windows.progress_end()
 
 
 def _look() -> float | None:

@@ -6,8 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..core.following import Follower, HasFollower
-
 SHOWN_AFTER_S = 0.5
 
 
@@ -28,7 +26,21 @@ class Wait:
     ends_on_esc: bool = True
 
 
-def wait_for_bind(object_name: str, binding: Follower | HasFollower, *, ends_on_esc: bool = True) -> Wait | None:
+class Binding(Protocol):
+    """A mesh that may be bound now."""
+
+    @property
+    def is_binding(self) -> bool: ...
+
+    @property
+    def bind_fraction(self) -> float: ...
+
+    @property
+    def bind_s(self) -> float:
+        """Seconds that it has lasted."""
+
+
+def wait_for_bind(object_name: str, binding: Binding, *, ends_on_esc: bool = True) -> Wait | None:
     """The wait for a mesh that is bound, None if it is not."""
     if not binding.is_binding:
         return None

@@ -48,8 +48,11 @@ class Ring {
     for (int step = 0; step < kMostSteps && span_.v.isZero(0); ++step) {
       const size_t end = nodes_.size();
       for (size_t k = begin; k < end; ++k)
-        for (const int other : level.around(nodes_[k]))
-          if (std::find(nodes_.begin(), nodes_.end(), other) == nodes_.end()) nodes_.push_back(other);
+        for (const int other : level.around(nodes_[k])) {
+          // The first neighbours are all new, and may be very many.
+          const bool is_new = step == 0 || std::find(nodes_.begin(), nodes_.end(), other) == nodes_.end();
+          if (is_new && is_apart(level, other)) nodes_.push_back(other);
+        }
       begin = end;
       if (nodes_.size() > end) measure(level);
     }
@@ -61,12 +64,17 @@ class Ring {
   [[nodiscard]] Vector3 gradient(size_t k) const { return span_.inverse * directions_[k] / lengths_[k]; }
 
  private:
+  /// There is one node at a place; but on a surface that is next to nothing, squares of distances are nothing.
+  [[nodiscard]] bool is_apart(const SurfaceLevel& level, int node) const {
+    return (level.places.row(node) - level.places.row(nodes_[0])).squaredNorm() > 0;
+  }
+
   void measure(const SurfaceLevel& level) {
     directions_.clear();
     lengths_.clear();
     for (size_t k = 1; k < nodes_.size(); ++k) {
       const Vector3 edge = (level.places.row(nodes_[k]) - level.places.row(nodes_[0])).transpose();
-      lengths_.push_back(edge.norm());  // > 0: there is one node at a place
+      lengths_.push_back(edge.norm());
       directions_.emplace_back(edge / lengths_.back());
     }
     span_ = span_of(directions_);

@@ -26,6 +26,10 @@ void require_memory_for(const PolygonMesh& surface, const Positions& points, int
 /// Vertices that tell the similarity: it need not be the very best.
 constexpr size_t kMostFitted = 4096;
 
+/// In sizes of the surface: from there on a point has the motion of the nearest place within. So squares of distances,
+/// and what single precision makes of them, are numbers.
+constexpr double kFarthest = 1e12;
+
 Vector3 mean_of(const Positions& places) { return places.colwise().mean().transpose(); }
 
 }  // namespace
@@ -40,22 +44,23 @@ WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int 
   if (!(size_ > 0)) size_ = 1;
   const auto in_frame = [&](const Positions& places) { return Positions((places.rowwise() - center_) / size_); };
   rest_ = in_frame(points);
+  const Positions within = rest_.cwiseMax(-kFarthest).cwiseMin(kFarthest);
   single_rest_.reserve(4 * static_cast<size_t>(rest_.rows()));
   for (Eigen::Index p = 0; p < rest_.rows(); ++p) {
-    for (int i = 0; i < 3; ++i) single_rest_.push_back(static_cast<float>(rest_(p, i)));
+    for (int i = 0; i < 3; ++i) single_rest_.push_back(static_cast<float>(within(p, i)));
     single_rest_.push_back(1);
   }
   const Positions places = in_frame(surface.positions());
   const int threads = workers_.threads();
   const SurfaceLevels levels(surface, places, threads);
   meter.add(.3);
-  const std::vector<AnchorLists> lists = find_anchors(levels, rest_, n_anchors, threads, meter.part(.5));
+  const std::vector<AnchorLists> lists = find_anchors(levels, within, n_anchors, threads, meter.part(.5));
   UsedVertices used;
   maps_ = AnchorMaps(levels, set_weights(levels, lists), threads, used);
   if (stay_outside) {
     std::vector<int> nearest;
     for (const AnchorLists& list : lists) nearest.insert(nearest.end(), list.nearest.begin(), list.nearest.end());
-    sides_ = SurfaceSides(surface, levels, places, rest_, nearest, threads, used);
+    sides_ = SurfaceSides(surface, levels, places, within, nearest, threads, used);
   }
   used_ = used.vertices();
   used_rest_ = places(used_, Eigen::all);

@@ -4,7 +4,7 @@
 import numpy as np
 from looks import data_of, key_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import PLACED, animated, own_key
+from tubes import PLACED, animated, mesh_object, own_key
 
 
 class MeshCacheTest(SceneTest):
@@ -132,6 +132,13 @@ class MeshCacheTest(SceneTest):
         self.assertEqual(done, {"FINISHED"})
         self.assertEqual(obj.modifiers[0].cache_format, "PC2")
         self.assertEqual(path.stat().st_size, 32 + 4 * len(obj.data.vertices) * 12)
+
+    def test_what_goes_along_is_not_in_it_and_told(self):
+        obj, other = animated(), mesh_object("Shirt")
+        self.api.carry_along(obj, [other])
+        job = module("bake.cache").MeshCacheJob(obj, self.mdd, 1, 3)
+        self.addCleanup(job.cancel)
+        self.assertEqual(job.warning, "What goes along is not in the cache, but in Bake Animation: Shirt")
 
     def test_other_shape_keys_are_not_in_it(self):
         obj = animated()

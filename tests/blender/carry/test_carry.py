@@ -123,6 +123,20 @@ class FollowTest(CarryTest):
         self.api.reset_pose(body)
         self.assert_at_rest(target)
 
+    def test_a_follower_that_cannot_take_the_new_rest_stops_it(self):
+        body, target, buckle = solved(), sleeve(), eye()
+        self.api.carry_along(body, [target])
+        self.api.carry_along(target, [buckle])
+        buckle.data.shape_keys.use_relative = False
+        bent = [shown_positions(obj) for obj in (body, target)]
+        message = "The shape keys of 'Eye' are absolute: turn on Relative in the shape keys panel"
+        self.assert_error(ValueError, message, self.api.apply_pose_as_rest, body)
+        for obj, positions in zip((body, target), bent, strict=True):
+            self.assert_close(shown_positions(obj), positions)
+            self.assertGreater(np.abs(positions - rest_positions(obj)).max(), 0.1)
+        body.arap.followers[0].is_enabled = False
+        self.api.apply_pose_as_rest(body)
+
     def test_a_baked_animation_has_keyframes_of_its_own_and_edit_again_shows_the_pose(self):
         body, target = animated(), sleeve()
         self.api.carry_along(body, [target])
@@ -190,6 +204,36 @@ class FollowTest(CarryTest):
         self.api.solve(body)
         self.assert_goes_along(body, target)
 
+    def test_what_ends_a_bind_in_the_background_switches_the_follower_off(self):
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        wraps, follower = module("carry.wraps"), body.arap.followers[0]
+        wraps.forget("Sleeve")
+        wraps.begin(body, follower)
+        binding = wraps._binding["Sleeve"]
+        if wraps.is_binding("Sleeve"):  # it may have ended
+            self.assertTrue(binding.wait().text.startswith("Preparing Sleeve, "))
+        text = "Preparing 'Sleeve' cancelled: it does not go along until it is ticked in the list"
+        self.assertEqual(binding.give_up(), text)
+        self.assertEqual((follower.is_enabled, wraps.is_any_binding()), (False, False))
+        self.assert_at_rest(target)
+        follower.is_enabled = True
+        self.assert_goes_along(body, target)
+
+    def test_who_needs_a_bind_that_is_under_way_waits_for_it(self):
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        wraps, follower = module("carry.wraps"), body.arap.followers[0]
+        for is_edited in (False, True):
+            wraps.forget("Sleeve")
+            wraps.begin(body, follower)
+            begun = wraps._binding["Sleeve"].work
+            if is_edited:
+                module("scene.versions").write_key(target.data.shape_keys.reference_key, rest_positions(target) * 1.1)
+                wraps.suspect("Sleeve")
+            self.assertIs(wraps.bound(body, follower) is begun.result(), not is_edited)
+            self.assertFalse(wraps.is_any_binding())
+
     def test_a_follower_may_carry_others(self):
         body, target, buckle = posable(), sleeve(), eye()
         self.api.carry_along(target, [buckle])
@@ -249,6 +293,17 @@ class ListTest(CarryTest):
         self.api.stop_carrying(body, target)
         self.assertEqual(key_names(target), ["Basis", "ARAP"])
 
+    def test_a_twin_that_became_the_reference_key_is_not_written(self):
+        """The artist has removed Basis. What was shown is the rest shape now."""
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        target.shape_key_remove(target.data.shape_keys.reference_key)
+        rest = rest_positions(target)
+        self.api.solve(body)
+        self.assert_close(rest_positions(target), rest, 0.0)
+        self.assertEqual(key_names(target), ["ARAP", "ARAP.001"])
+        self.assert_goes_along(body, target)
+
     def test_another_kind_counts_at_once(self):
         body, target = solved(), sleeve()
         self.api.carry_along(body, [target])
@@ -283,7 +338,7 @@ class ListTest(CarryTest):
             (body, "'Tube' cannot go along with 'Tube': it is the mesh itself"),
             (
                 curve,
-                "'Belt' cannot go along with 'Tube': convert the curve to a mesh first (Object > Convert)",
+                "'Belt' cannot go along with 'Tube': convert it to a mesh first (Object > Convert)",
             ),
             (
                 body.arap.handles[0].target,
@@ -292,7 +347,10 @@ class ListTest(CarryTest):
             (cage, f"'{cage.name}' cannot go along with 'Tube': it is one of its handles"),
             (
                 hidden,
-                "'Elsewhere' cannot go along with 'Tube': it is not in this view layer, so its place is not known",
+                (
+                    "'Elsewhere' cannot go along with 'Tube': it is disabled in viewports or not in this view layer, "
+                    "so its place is not known; enable it, or hide it with the eye"
+                ),
             ),
             (other, "'Other' cannot go along with 'Tube', which goes along with it: that would be a circle"),
             (
@@ -334,6 +392,11 @@ class ListTest(CarryTest):
             self.problem(body), "The shape keys of 'Sleeve' are absolute: turn on Relative in the shape keys panel"
         )
         target.data.shape_keys.use_relative = True
+        target.show_only_shape_key = True
+        self.assertEqual(
+            self.problem(body), "'Sleeve' shows another shape key alone: turn off Shape Key Lock (the pin icon)"
+        )
+        target.show_only_shape_key = False
         target.shape_key_clear()
         self.api.solve(body)
         self.assertEqual(self.problem(body), "'Sleeve' has lost its shape keys: press Carry Along again")
@@ -372,6 +435,41 @@ class ListTest(CarryTest):
         self.assertGreater(np.abs(self.carried(body, target) - former).max(), 0.01)
         self.assert_goes_along(body, target)
 
+    def test_after_object_apply_nothing_has_moved(self):
+        """To the follower, to the body, and to both: coordinates and matrices say the same in other numbers."""
+        scale = Matrix.Diagonal((1.0, 2.0, 1.0, 1.0))
+        for applied in (["Sleeve"], ["Tube"], ["Sleeve", "Tube"]):
+            self.setUp()
+            body, target = posable(), sleeve(Matrix.Translation((0.0, 0.0, 0.5)) @ scale)
+            body.scale = (1.0, 2.0, 1.0)
+            bpy.context.view_layer.update()
+            self.api.carry_along(body, [target])
+            shape = np.array(rest_positions(body) + 0.1 * rest_positions(body)[:, ::-1], np.float32)
+            key = module("scene.pose_key").ensure(body)
+            key.value = 1.0
+            module("scene.shape_keys").write(body, key, shape)
+            bpy.context.view_layer.update()
+            before = in_world(target, shown_positions(target))
+            with bpy.context.temp_override(selected_editable_objects=[bpy.data.objects[name] for name in applied]):
+                bpy.ops.object.transform_apply()
+            bpy.context.view_layer.update()
+            target = opened_again() and bpy.data.objects["Sleeve"]
+            body = bpy.data.objects["Tube"]
+            self.assert_close(in_world(target, shown_positions(target)), before, 1e-5)
+            module("scene.shape_keys").write(body, module("scene.pose_key").find(body), key_positions(body))
+            bpy.context.view_layer.update()
+            self.assert_close(in_world(target, shown_positions(target)), before, 0.02)
+
+    def test_another_mesh_under_a_followers_name_is_bound(self):
+        """Two followers of as many vertices have swapped their names."""
+        body, first, second = solved(), sleeve(), sleeve(Matrix.Translation((0.0, 0.0, 1.0)), "Cuff")
+        self.api.carry_along(body, [first, second])
+        shown = [shown_positions(obj) for obj in (first, second)]
+        first.name, second.name, first.name = "Other", "Sleeve", "Cuff"
+        self.api.solve(body)
+        for obj, positions in zip((first, second), shown, strict=True):
+            self.assert_close(shown_positions(obj), positions)
+
     def test_copies_of_body_and_follower_go_along_with_each_other(self):
         body, target = solved(), sleeve()
         self.api.carry_along(body, [target])
@@ -394,6 +492,29 @@ class ListTest(CarryTest):
         body.shape_key_remove(body.data.shape_keys.key_blocks["ARAP"])
         bpy.context.view_layer.update()
         self.assertEqual(key_names(target), ["Basis"])
+        self.api.solve(body)
+        body.shape_key_clear()
+        bpy.context.view_layer.update()
+        self.assertEqual(key_names(target), ["Basis"])
+
+    def test_a_key_that_the_artist_renames_keeps_its_twin(self):
+        """As of any key that the artist has made his own, the add-on writes neither any more."""
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        self.api.bake_pose(body, "Wave")
+        keys, shown = body.data.shape_keys.key_blocks, shown_positions(target)
+        keys["ARAP"].name = "Kept"
+        keys["Wave"].name = "Hello"
+        bpy.context.view_layer.update()
+        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello"])
+        self.assert_close(shown_positions(target), shown, 1e-6)
+        keys["Kept"].value, keys["Hello"].value = 0.0, 1.0
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(target), shown, 1e-6)
+        self.api.solve(body)
+        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello", "ARAP"])
+        self.api.stop_carrying(body, target)
+        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello"])
 
     def test_a_fault_stops_nothing(self):
         body, target = solved(), sleeve()
@@ -496,13 +617,20 @@ class OperatorTest(CarryTest):
         hat = new_object("Hat", eye().data.copy(), Matrix.Translation((0.0, 0.0, 9.0)))
         hat.parent = body
         bpy.data.objects.remove(bpy.data.objects["Eye.001"])
+        button = new_object("Button", ball.data.copy(), ball.matrix_world)
+        button.arap.carried.body = body  # as a copy of a follower has it
         new_object("Far", hat.data.copy(), Matrix.Translation((3.0, 0.0, 2.0)))
+        nowhere = new_object("Nowhere", ball.data.copy(), ball.matrix_world)
+        nowhere.data.vertices[1].co.x = np.nan
         floor = bpy.data.meshes.new("Floor")
         floor.from_pydata([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [], [(0, 1, 2, 3)])
         new_object("Floor", floor)
         self.select(body)
         bpy.context.view_layer.update()
         self.assertEqual(bpy.ops.arap.carry_near(), {"FINISHED"})
-        self.assertEqual({follower.target for follower in body.arap.followers}, {clothes, ball, hat})
+        self.assertEqual({follower.target for follower in body.arap.followers}, {clothes, ball, hat, button})
+        found = [follower.target for follower in body.arap.followers]
+        text = module("carry.operators").added_text(body, found)
+        self.assertRegex(text, r"^Along with 'Tube': 4 objects \(\w+, \w+, \w+ and 1 more\)$")
         with self.assertRaisesRegex(RuntimeError, "No other mesh is near 'Tube'"):
             bpy.ops.arap.carry_near()

@@ -10,7 +10,7 @@ OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"
 NOT_IN_THE_MENU = {
     "pull": "the tool's own key",
     "pose_end": "a button while a mesh is posed",
-    "follow_cancel": "Esc while a mesh is prepared",
+    "preparing_cancel": "Esc while a mesh is prepared",
 }
 
 

@@ -118,6 +118,21 @@ TEST(WrapDeformation, ResultsAreFiniteWhateverTheSurfaceDoes) {
   }
 }
 
+TEST(WrapDeformation, VeryFarPointsAndSurfacesOfNextToNoSizeGiveNumbers) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Positions rest = mesh.positions();
+  const Positions points = points_around(mesh);
+  for (const double scale : {1e-300, 1e-165, 1e-100, 1e95}) {
+    MeshData scaled = mesh;
+    for (Vector3& vertex : scaled.vertices) vertex *= scale;
+    for (const double of_points : {1e-300, 1., 1e95}) {
+      const WrapDeformation wrap(scaled.mesh(), of_points * points);
+      for (const double of_pose : {1e-300, 1., 1e95})
+        EXPECT_TRUE(wrap.deform(of_pose * bent(rest)).allFinite()) << scale << " " << of_points << " " << of_pose;
+    }
+  }
+}
+
 TEST(WrapDeformation, APointOnAVertexGoesWithIt) {
   const MeshData mesh = bumpy_sphere(2);
   const WrapDeformation wrap(mesh.mesh(), mesh.positions());

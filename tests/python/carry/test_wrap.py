@@ -113,3 +113,11 @@ def test_it_tells_what_needs_another_bind():
 def test_a_bind_that_is_stopped_says_so():
     with pytest.raises(RuntimeError, match=r"^Preparing 'Sleeve' was cancelled; nothing has changed$"):
         run(Wrap.bind(arap_native, carrying()), lambda _: False)
+
+
+def test_a_vertex_that_is_nowhere_is_told():
+    inputs = carrying()
+    inputs.points[3, 1] = np.nan
+    message = r"^Vertex 3 of 'Sleeve' is at no finite place: repair or remove it$"
+    with pytest.raises(ValueError, match=message):
+        run(Wrap.bind(arap_native, inputs))

@@ -21,9 +21,12 @@ from ..mirror import Mirror, are_same, completed
 from ..session_data import SessionMesh
 from ..session_input import is_same_stretch
 from ..transforms import SolverSpace, map_points, transformed
+from .probe import Probe, probed
 
 if TYPE_CHECKING:
     import arap_native
+
+FIRST_LOOK = 1000  # vertices that tell that a mesh is posed, if not only a small part of it is
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +41,7 @@ class WrapInput:
         points: (n, 3) float32 the follower at rest, in its own space.
         place: (4, 4) from there to the space of what carries.
         pieces: (n,) pieces that stay rigid; None: all bends.
+        keeps_distance: near points keep their distance from the faces. Off: they follow them smoothly.
         threads: of the library; 0: as many as pay.
     """
 
@@ -48,16 +52,15 @@ class WrapInput:
     points: Float32s
     place: Floats
     pieces: Ints | None = None
+    keeps_distance: bool = True
     threads: int = 0
 
     @property
     def signature(self) -> int:
         """A fingerprint of the arrays: another one needs another bind, see also Wrap.is_of()."""
-        mesh = self.mesh
         pieces = np.zeros(0, dtype=np.int32) if self.pieces is None else self.pieces
-        arrays = (mesh.rest_positions.astype(np.float32), mesh.corner_vertices, mesh.face_sizes, self.points, pieces)
-        value = zlib.crc32(np.ascontiguousarray(self.place).tobytes())
-        for array in arrays:
+        value = self.mesh.signature
+        for array in (self.place, self.points, pieces):
             value = zlib.crc32(np.ascontiguousarray(array).tobytes(), value)
         return value
 
@@ -75,6 +78,11 @@ class Wrap:
         Raises:
             ValueError: the arrays cannot be used. MemoryError.
         """
+        is_finite = np.isfinite(inputs.points).all(axis=1)
+        if not is_finite.all():
+            raise ValueError(
+                f"Vertex {int(is_finite.argmin())} of '{inputs.name}' is at no finite place: repair or remove it"
+            )
         wrap = cls(inputs)
         mesh, wrap._whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)
         seen = wrap._space.to_solver(mesh.rest_positions)
@@ -84,7 +92,7 @@ class Wrap:
             seen,
             mesh.corner_vertices,
             mesh.face_sizes,
-            native.WrapOptions(threads=inputs.threads),
+            native.WrapOptions(stay_outside=inputs.keeps_distance, threads=inputs.threads),
             piece_of_point=inputs.pieces,
         )
         wrap._native = yield from stage(job, f"Preparing '{inputs.name}' was cancelled; nothing has changed")
@@ -100,6 +108,11 @@ class Wrap:
         self.n_vertices = len(inputs.mesh.rest_positions)
         self.rest = inputs.points
         self._rest_of_mesh = inputs.mesh.rest_positions.astype(np.float32)
+        self.probe = Probe(
+            points=self.rest[probed(len(self.rest))],
+            surface=self._rest_of_mesh[probed(self.n_vertices)],
+            place=inputs.place,
+        )
         back = np.linalg.inv(inputs.place)
         self._linear: Floats = np.asarray(back[:3, :3] @ self._space.unstretch, dtype=np.float64)
         self._shift: Floats = np.asarray(back[:3, 3], dtype=np.float64)
@@ -108,7 +121,7 @@ class Wrap:
         kind: Any = np.float32 if inputs.pieces is None else np.float64
         self._solved: NDArray[Any] = np.empty(inputs.points.shape, dtype=kind)
         self._mapped: NDArray[Any] = np.empty(inputs.points.shape, dtype=kind)
-        self._surface = np.empty_like(self._rest_of_mesh)
+        self._surface = np.empty_like(self._rest_of_mesh if self._space.is_stretched else self._rest_of_mesh[:0])
 
     def is_of(self, inputs: WrapInput) -> bool:
         """Whether a bind of ``inputs`` would be the same."""
@@ -130,7 +143,7 @@ class Wrap:
         Raises:
             ValueError: positions that are not finite, or a result beyond single precision.
         """
-        if np.array_equal(positions, self._rest_of_mesh):
+        if self._is_at_rest(positions):
             return self.rest
         surface = self._seen(positions)
         if self._solved.dtype == np.float32:
@@ -140,6 +153,12 @@ class Wrap:
         map_points(self._solved, self._linear.astype(self._solved.dtype), self._mapped)
         self._mapped += self._shift.astype(self._solved.dtype)
         return np.asarray(self._mapped, dtype=np.float32)
+
+    def _is_at_rest(self, positions: Float32s) -> bool:
+        """A few vertices first: with many small followers, to compare all would be much of a frame."""
+        step = max(1, self.n_vertices // FIRST_LOOK)
+        is_so = np.array_equal(positions[::step], self._rest_of_mesh[::step])
+        return is_so and np.array_equal(positions, self._rest_of_mesh)
 
     def _seen(self, positions: Float32s) -> NDArray[Any]:
         """What carries, completed and in solver space."""

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A follower that is bound in the background: a bar shows how far it is, and Esc ends it."""
+
+from __future__ import annotations
+
+import time
+
+from ..core.background import Background, Steps
+from ..core.carry.wrap import Wrap
+from ..follow.scene import is_rendering
+from ..ui import waiting
+from ..ui.esc import EndedByEsc, is_free
+from ..ui.waits import Wait, wait_for_bind
+from . import problems
+
+
+class Binding(EndedByEsc):
+    """Holds a name, no Blender data."""
+
+    def __init__(self, name: str, steps: Steps[Wrap]) -> None:
+        """Begins."""
+        self._name = name
+        self._began = time.monotonic()
+        self.work = Background(steps)
+        waiting.watch(self)
+
+    @property
+    def is_binding(self) -> bool:
+        return not self.work.is_done
+
+    @property
+    def bind_fraction(self) -> float:
+        return self.work.fraction
+
+    @property
+    def bind_s(self) -> float:
+        return time.monotonic() - self._began
+
+    def wait(self) -> Wait | None:
+        return None if is_rendering() else wait_for_bind(self._name, self, ends_on_esc=is_free())
+
+    def give_up(self) -> str:
+        pair = problems.pair_of(self._name)
+        if pair is None:
+            return ""
+        pair[1].is_enabled = False  # which stops the work
+        return f"Preparing '{self._name}' cancelled: it does not go along until it is ticked in the list"
