@@ -62,16 +62,26 @@ def test_points_and_a_flat_closed_mesh_do_not():
     assert not looks_rigid(*flat, SIZE)
 
 
-def test_a_thin_ring_does_not():
-    """As a bracelet or belt of cloth: it is closed, and fills little of its box."""
+def ring(thick: float, high: float) -> Mesh:
+    """Closed, of radius 0.3, with four sides all around."""
     angle = np.arange(24) * (2 * np.pi / 24)
     around = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    corners = [0.3 * around, 0.3 * around + (0, 0, 0.1), 0.29 * around + (0, 0, 0.1), 0.29 * around]
-    positions = np.concatenate(corners)
+    outer, inner = 0.3 * around, (0.3 - thick) * around
+    up = np.array([0, 0, high])
+    positions = np.concatenate([outer, outer + up, inner + up, inner])
     side = np.arange(24)
     quads = [
         np.stack([24 * a + side, 24 * a + (side + 1) % 24, 24 * b + (side + 1) % 24, 24 * b + side], axis=1)
         for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))
     ]
     faces = np.concatenate(quads).astype(np.int32)
-    assert not looks_rigid(positions, faces.ravel(), np.full(len(faces), 4, np.int32), SIZE)
+    return Mesh(positions, faces.ravel(), np.full(len(faces), 4, np.int32))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "expected"),
+    [(ring(0.01, 0.1), False), (ring(0.03, 0.1), False), (ring(0.12, 0.1), True)],
+    ids=["a bracelet of cloth", "a belt", "a button with a hole"],
+)
+def test_rings_look_rigid_if_they_are_thick(mesh, expected):
+    assert looks_rigid(*mesh, SIZE) is expected

@@ -14,6 +14,7 @@ SMALL = 0.25  # of a rigid piece, as a fraction of the size of what carries it: 
 ROUND = 0.4  # of one with an opening, closed: 36 pi volume^2 / area^3, 1 for a ball, 0.6 for half of one
 LONG = 2.5  # and its box is at most so many times as long as wide: a sock or a mitten is longer
 COMPACT = 0.1  # a rigid piece fills so much of its box: an eye or a tooth does, a glove with two walls does not
+COMPACT_RING = 0.25  # and so much if something may go through it: a button or a finger ring does, a belt does not
 
 
 def loose_pieces(n: int, edges: Ints) -> Ints:
@@ -48,7 +49,12 @@ def looks_rigid(points: Floats, corner_vertices: Ints, face_sizes: Ints, size: f
     corners = np.concatenate([points[triangles], lids])
     volumes, areas = _measures(corners - points.mean(axis=0), np.concatenate([of_triangle, of_lid]))
     boxes = pieces.high - pieces.low
-    is_compact = (volumes > 0.0) & (volumes >= COMPACT * boxes.prod(axis=1))
+    # Euler's formula, openings closed: below 2 there is a hole through it.
+    n_edges = _sums(1.0 / n_sides, of_vertex[first])
+    n_faces = np.bincount(of_vertex[corner_vertices[starts]])
+    is_ring = np.bincount(of_vertex[is_in_face]) - n_edges + n_faces + n_openings < 1.5
+    filled = np.where(is_ring, COMPACT_RING, COMPACT) * boxes.prod(axis=1)
+    is_compact = (volumes > 0.0) & (volumes >= filled)
     is_round = (36.0 * np.pi * volumes**2 >= ROUND * areas**3) & (boxes.max(axis=1) <= LONG * boxes.min(axis=1))
     return bool((is_compact & ((n_openings == 0) | ((n_openings == 1) & is_round))).all())
 
