@@ -77,6 +77,13 @@ def frame(results: Sequence[Row]) -> str:
     return medians([f"Blender {r['blender']}, {r['vertices']}" for r in results], results)
 
 
+def together(result: Row) -> str:
+    """Cost of posing a heavy sculpt through a stand-in, medians in milliseconds."""
+    column = f"Blender {result['blender']}, {result['vertices']} in {result['meshes']} meshes"
+    memory = f"Peak memory beside the meshes: {number(result['peak_mb'])} MB."
+    return joined(f"The stand-in has {result['stand_in']} vertices. {memory}", medians([column], [result]))
+
+
 def drag(results: Sequence[Row]) -> str:
     """Cost of a frame of a drag, medians in milliseconds: a table for each Blender, a column an act and size."""
     blocks = []

@@ -3,15 +3,16 @@
 
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
-RESULTS_DIR holds results.json (native, frame, drag and overlay) and peers.json for performance.md, quality.json,
-limbs.json and followers.json for quality.md, and compare.json and report.json for comparison.md and its tables. A
-section without results stays as it is.
+RESULTS_DIR holds results.json (native, frame, together, drag and overlay) and peers.json for performance.md,
+quality.json, limbs.json and followers.json for quality.md, and compare.json and report.json for comparison.md and its
+tables. A section without results stays as it is.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,13 @@ def performance(folder: Path, images: Path) -> dict[str, str]:
     if "native" in results:
         found["native"] = joined(native.native(results["native"]), picture("sizes"))
         plots.plot_native(results["native"], images / "performance-sizes.svg")
-    for name, table in (("frame", native.frame), ("drag", native.drag), ("overlay", native.overlay)):
+    tables: dict[str, Callable[[Any], str]] = {
+        "frame": native.frame,
+        "together": native.together,
+        "drag": native.drag,
+        "overlay": native.overlay,
+    }
+    for name, table in tables.items():
         if results.get(name):
             found[name] = table(results[name])
     if of_peers:
