@@ -183,8 +183,8 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
     }
   });
   corners_.resize(n_blocks * 3 * kWrapBlock, 0);
-  std::vector<int> near;  // points
-  for (int p = 0; p < n; ++p) {
+  std::vector<size_t> near;  // points
+  for (size_t p = 0; p < triangle_of_point.size(); ++p) {
     if (triangle_of_point[p] < 0) continue;
     near.push_back(p);
     int* block = corners_.data() + p / kWrapBlock * 3 * kWrapBlock + p % kWrapBlock;
