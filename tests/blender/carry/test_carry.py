@@ -521,20 +521,23 @@ class ListTest(CarryTest):
 
     def test_a_key_that_the_artist_renames_keeps_its_twin(self):
         """As of any key that the artist has made his own, the add-on writes neither any more."""
-        body, target = solved(), sleeve()
+        body, target, buckle = solved(), sleeve(), eye()
         self.api.carry_along(body, [target])
+        self.api.carry_along(target, [buckle])
         self.api.bake_pose(body, "Wave")
         keys, shown = body.data.shape_keys.key_blocks, shown_positions(target)
         keys["ARAP"].name = "Kept"
         keys["Wave"].name = "Hello"
         bpy.context.view_layer.update()
-        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello"])
+        for obj in (target, buckle):
+            self.assertEqual(key_names(obj), ["Basis", "Kept", "Hello"])
         self.assert_close(shown_positions(target), shown, 1e-6)
         keys["Kept"].value, keys["Hello"].value = 0.0, 1.0
         bpy.context.view_layer.update()
         self.assert_close(shown_positions(target), shown, 1e-6)
         self.api.solve(body)
-        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello", "ARAP"])
+        for obj in (target, buckle):
+            self.assertEqual(key_names(obj), ["Basis", "Kept", "Hello", "ARAP"])
         self.api.stop_carrying(body, target)
         self.assertEqual(key_names(target), ["Basis", "Kept", "Hello"])
 
