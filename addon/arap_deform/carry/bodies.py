@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import bpy
 
 from .problems import entry_of
@@ -26,15 +24,3 @@ def moving_mesh(obj: bpy.types.Object) -> bpy.types.Object:
     while (body := body_of(passed[-1])) is not None and body not in passed:
         passed.append(body)
     return passed[-1]
-
-
-def carried_by(body: bpy.types.Object) -> Iterator[bpy.types.Object]:
-    """What goes along with a mesh, and what goes along with that, and so on. Each once."""
-    passed, found = [body], [body]
-    while found:
-        for follower in found.pop().arap.followers:
-            target = follower.target
-            if target is not None and target not in passed and body_of(target) is not None:
-                passed.append(target)
-                found.append(target)
-                yield target

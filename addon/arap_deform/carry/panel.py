@@ -11,7 +11,7 @@ from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel, draw_text, split_column
 from . import late
 from .keep_up import problem_of
-from .problems import owner_of
+from .problems import left_out_text, owner_of
 
 ICONS = {"bend": "MOD_CLOTH", "rigid": "MESH_UVSPHERE"}
 
@@ -52,12 +52,15 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         if body is not None:
             draw_text(context, layout, f"Goes along with '{body.name}'.", "INFO")
             layout.operator("arap.carry_select", text="Select It", icon="RESTRICT_SELECT_OFF")
+        left_out = left_out_text(obj)
+        if left_out:
+            draw_text(context, layout, f"{left_out}.", "INFO")
         index = settings.active_follower_index
         if settings.followers:
             row = layout.row()
             row.template_list("ARAP_UL_followers", "", settings, "followers", settings, "active_follower_index", rows=3)
             row.column().operator("arap.carry_remove", text="", icon="REMOVE")
-        elif body is None:
+        elif body is None and not left_out:
             text = "Select clothes, hair and eyes, then Shift-click this mesh, and press Carry Along."
             draw_text(context, layout, text, "INFO")
         follower = settings.followers[index] if 0 <= index < len(settings.followers) else None

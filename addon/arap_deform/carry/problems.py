@@ -38,6 +38,14 @@ def owner_of(target: bpy.types.Object) -> bpy.types.Object | None:
     return body if body is not None and entry_of(body, target) is not None else None
 
 
+def left_out_text(obj: bpy.types.Object) -> str:
+    """What a copy of a follower, or a part that was separated from one, has to say; '' for other objects."""
+    body = obj.arap.carried.body
+    if body is None or owner_of(obj) is not None:
+        return ""
+    return f"It came from what goes along with '{body.name}', and does not: select it, then that, and Carry Along"
+
+
 def check_new(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     """Raises ValueError if an object cannot be added to the followers of a mesh, and says what to do."""
     whose = f"'{target.name}' cannot go along with '{body.name}'"

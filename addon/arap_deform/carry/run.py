@@ -115,10 +115,10 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
     if not late.waiting():
         return
-    if bpy.app.background:
-        _catch_up_now()
-    else:
+    if not bpy.app.background:
         _wake()
+    elif not is_rendering():
+        _catch_up_now()
 
 
 def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:

@@ -82,7 +82,8 @@ def let_go(body: bpy.types.Object, target: bpy.types.Object) -> None:
     twins, keys = target.arap.carried.twins, body.data.shape_keys
     if keys is None:
         return
-    for index in reversed(range(len(twins))):
+    n_twins = len(twins)
+    for index in reversed(range(n_twins)):
         name = twins[index].name
         twin = find(target, name) if shape_keys.find(body, name) is None else None
         fcurve = _driver_of(target, twin) if twin is not None else None
@@ -91,6 +92,8 @@ def let_go(body: bpy.types.Object, target: bpy.types.Object) -> None:
         if twin is not None and key is not None:
             twin.name = key.name
             twins.remove(index)
+    if len(twins) < n_twins:
+        shape_keys.tell_changed(target)
 
 
 def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
@@ -111,7 +114,7 @@ def tie(body: bpy.types.Object, target: bpy.types.Object) -> None:
         if key is None or twin is None:
             continue
         fcurve = _driver_of(target, twin)
-        if fcurve is None or all(data != body.data.shape_keys for data, _ in _places(fcurve)):
+        if fcurve is None or (body.data.shape_keys, shape_keys.value_path(key)) not in _places(fcurve):
             _drive(body, key, twin)
 
 

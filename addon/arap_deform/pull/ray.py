@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..carry.bodies import carried_by
+from ..carry.problems import below
 from ..core.arrays import Floats
 from ..core.transforms import transformed
 from ..scene import meshes
@@ -38,7 +38,7 @@ def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, 
     if own is not None and obj.arap.is_stand_in:
         return own  # it is where its meshes are, and to look at these may take long
     found = own
-    for follower in carried_by(obj):
+    for follower in below(obj):
         if follower.visible_get():
             hit = _cast(follower, depsgraph, origin, direction)
             if hit is not None and (found is None or (hit.place - found.place) @ direction < 0.0):

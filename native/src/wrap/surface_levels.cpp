@@ -141,10 +141,11 @@ std::vector<int> take_nodes(SurfaceLevel& fine, double radius) {
 
 }  // namespace
 
-SurfaceLevels::SurfaceLevels(const PolygonMesh& surface, const Positions& places, int threads) {
+SurfaceLevels::SurfaceLevels(const PolygonMesh& surface, const Positions& places, int threads, const MeterPart& meter) {
   const bool has_faces = surface.n_faces() > 0;
   SurfaceLevel level;
   node_of_vertex_ = nodes_of_vertices(surface, has_faces, threads, level);
+  meter.add(.2);
   level.places = places_of(level.vertices, places);
   if (has_faces)
     connect_by_faces(surface, node_of_vertex_, level);
@@ -152,6 +153,8 @@ SurfaceLevels::SurfaceLevels(const PolygonMesh& surface, const Positions& places
     connect_near(level);
   spacing_ = mean_spacing(level);
   levels_.push_back(std::move(level));
+  meter.add(.3);
+  double left = .5;  // of the meter: each level is less work than the one before
   for (double radius = 2 * spacing_; size() < kMostLevels; radius *= 2) {
     SurfaceLevel& fine = levels_.back();
     const std::vector<int> taken = take_nodes(fine, radius);
@@ -167,7 +170,10 @@ SurfaceLevels::SurfaceLevels(const PolygonMesh& surface, const Positions& places
         for (const int other : fine.around(k)) join(fine.coarser[k], fine.coarser[other]);
     });
     levels_.push_back(std::move(coarse));
+    left /= 2;
+    meter.add(left);
   }
+  meter.add(left);
   if (size() == kMostLevels) levels_.back().coarser.clear();
 }
 

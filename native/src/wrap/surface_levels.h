@@ -6,6 +6,7 @@
 
 #include "arap/mesh.h"
 #include "arap/types.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -28,7 +29,7 @@ struct SurfaceLevel {
 class SurfaceLevels {
  public:
   /// @param places  (n_vertices, 3) of the surface, to work in
-  SurfaceLevels(const PolygonMesh& surface, const Positions& places, int threads);
+  SurfaceLevels(const PolygonMesh& surface, const Positions& places, int threads, const MeterPart& meter = {});
 
   [[nodiscard]] int size() const { return static_cast<int>(levels_.size()); }
   [[nodiscard]] const SurfaceLevel& level(int k) const { return levels_[k]; }

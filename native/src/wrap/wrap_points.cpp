@@ -52,11 +52,11 @@ WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int 
   }
   const Positions places = in_frame(surface.positions());
   const int threads = workers_.threads();
-  const SurfaceLevels levels(surface, places, threads);
-  meter.add(.3);
+  const SurfaceLevels levels(surface, places, threads, meter.part(.3));
   const std::vector<AnchorLists> lists = find_anchors(levels, within, n_anchors, threads, meter.part(.5));
   UsedVertices used;
   maps_ = AnchorMaps(levels, set_weights(levels, lists), threads, used);
+  meter.add(.1);
   if (stay_outside) {
     std::vector<int> nearest;
     for (const AnchorLists& list : lists) nearest.insert(nearest.end(), list.nearest.begin(), list.nearest.end());
@@ -69,7 +69,7 @@ WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int 
   fitted_mean_ = mean_of(fitted);
   fitted_square_ = (fitted.rowwise() - fitted_mean_.transpose()).squaredNorm();
   set_pieces(points, piece_of_point);
-  meter.add(.2);
+  meter.add(.1);
 }
 
 std::vector<AnchorMaps::Node> WrapPoints::set_weights(const SurfaceLevels& levels,

@@ -486,6 +486,28 @@ class ListTest(CarryTest):
         bpy.context.view_layer.update()
         self.assertAlmostEqual(copied_target.data.shape_keys.key_blocks["ARAP"].value, 0.5, places=6)
 
+    def test_a_part_separated_from_a_follower_is_told_and_taken(self):
+        body, target = solved(), sleeve()
+        self.api.carry_along(body, [target])
+        bpy.context.view_layer.objects.active = target
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        for face in list(target.data.polygons)[:16]:
+            face.select = True
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.separate(type="SELECTED")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        part = bpy.data.objects["Sleeve.001"]
+        text = module("carry.problems").left_out_text
+        expected = "It came from what goes along with 'Tube', and does not: select it, then that, and Carry Along"
+        self.assertEqual([text(obj) for obj in (body, target, part)], ["", "", expected])
+        self.api.carry_along(body, [part])
+        self.api.solve(body)
+        for obj in (target, part):
+            self.assert_goes_along(body, obj)
+        self.assertEqual(key_names(part), key_names(body))
+
     def test_a_key_that_the_artist_removes_takes_its_twin_along(self):
         body, target = solved(), sleeve()
         self.api.carry_along(body, [target])
@@ -499,20 +521,23 @@ class ListTest(CarryTest):
 
     def test_a_key_that_the_artist_renames_keeps_its_twin(self):
         """As of any key that the artist has made his own, the add-on writes neither any more."""
-        body, target = solved(), sleeve()
+        body, target, buckle = solved(), sleeve(), eye()
         self.api.carry_along(body, [target])
+        self.api.carry_along(target, [buckle])
         self.api.bake_pose(body, "Wave")
         keys, shown = body.data.shape_keys.key_blocks, shown_positions(target)
         keys["ARAP"].name = "Kept"
         keys["Wave"].name = "Hello"
         bpy.context.view_layer.update()
-        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello"])
+        for obj in (target, buckle):
+            self.assertEqual(key_names(obj), ["Basis", "Kept", "Hello"])
         self.assert_close(shown_positions(target), shown, 1e-6)
         keys["Kept"].value, keys["Hello"].value = 0.0, 1.0
         bpy.context.view_layer.update()
         self.assert_close(shown_positions(target), shown, 1e-6)
         self.api.solve(body)
-        self.assertEqual(key_names(target), ["Basis", "Kept", "Hello", "ARAP"])
+        for obj in (target, buckle):
+            self.assertEqual(key_names(obj), ["Basis", "Kept", "Hello", "ARAP"])
         self.api.stop_carrying(body, target)
         self.assertEqual(key_names(target), ["Basis", "Kept", "Hello"])
 
