@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pose Together in a window: a figure in pieces is pulled as one, whichever piece is in hand. Clothes pull a body."""
 
+import importlib
+
 import bmesh
 import bpy
 import numpy as np
 import scenes
-from harness import Steps, Ui
+from harness import MODULE, Steps, Ui
 from mathutils import Matrix
 from test_pull import click, grab, pull
 
@@ -114,6 +116,42 @@ def test_a_piece_pulls_the_whole(ui: Ui) -> Steps:
     yield from ui.until(lambda: shift("Head") < 0.7, "Esc")
     yield from ui.undo()
     yield from ui.until(lambda: shift("Hand") < 1e-3, "at rest")
+
+
+def test_made_taken_back_and_stopped(ui: Ui) -> Steps:
+    make = importlib.import_module(f"{MODULE}.together.make")
+    made = add_figure()
+    ui.select(*made)
+    bpy.ops.ed.undo_push(message="scene")
+    step = make.StandInJob.step
+    ui.change(make.StandInJob, "step", lambda _self, _limit=0.0: True)
+    assert ui.call(bpy.ops.arap.pose_together) == {"RUNNING_MODAL"}
+    yield from ui.until_bar("Pose Together: a stand-in of 4 meshes, 0%")
+    yield from ui.key("ESC")
+    yield from ui.until_no_bar()
+    assert [obj.name for obj in bpy.data.objects] == sorted(PIECES)
+    make.StandInJob.step = step
+    assert ui.call(bpy.ops.arap.pose_together) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: "Stand-in" in bpy.data.objects, "the stand-in is made")
+    yield
+    yield from ui.undo()
+    assert [obj.name for obj in bpy.data.objects] == sorted(PIECES)
+    assert piece("Arm").data.shape_keys is None
+    yield from ui.redo()
+    assert len(stand_in().arap.followers) == len(PIECES)
+
+
+def test_a_click_on_a_piece_takes_the_whole(ui: Ui) -> Steps:
+    yield from begin(ui)
+    other = bpy.data.objects.new("Other", piece("Head").data.copy())
+    bpy.context.scene.collection.objects.link(other)
+    other.location = (4.5, 0.0, -1.0)
+    ui.select(other)
+    bpy.ops.ed.undo_push(message="other")
+    yield from click(ui, (1.4, -0.25, 1.1))
+    assert bpy.context.object == stand_in()
+    yield from click(ui, (1.4, -0.25, 1.1))
+    assert (len(stand_in().arap.pull_pins), bpy.context.object) == (1, stand_in())
 
 
 def test_clothes_pull_the_body(ui: Ui) -> Steps:

@@ -21,7 +21,7 @@ from ..ui.checks import (
     why_not_object_mode,
 )
 from .make import StandInJob, remove_stand_in
-from .pieces import VERTICES, why_needless
+from .pieces import VERTICES, why_needless, why_not_local
 
 
 def selected_pieces(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -33,7 +33,9 @@ def why_not_together(context: bpy.types.Context) -> str:
     """Why the selected meshes cannot be posed together, '' if they can."""
     if context.mode != "OBJECT":
         return why_not_object_mode(context.object)
-    return why_needless(selected_pieces(context), VERTICES) or ("Wait until the render ends" if is_rendering() else "")
+    pieces = selected_pieces(context)
+    reason = why_needless(pieces, VERTICES) or ("Wait until the render ends" if is_rendering() else "")
+    return reason or next(filter(None, map(why_not_local, pieces)), "")
 
 
 def stand_in_of(obj: bpy.types.Object) -> bpy.types.Object | None:

@@ -29,6 +29,16 @@ def why_needless(pieces: Sequence[bpy.types.Object], vertices: int) -> str:
     return f"Select other meshes, too: '{name}' alone has no more than {vertices:,} vertices and can be posed itself"
 
 
+def why_not_local(piece: bpy.types.Object) -> str:
+    """Why Blender would not save a pose of the mesh, '' if it would, and for what is no mesh."""
+    try:
+        if piece.type == "MESH":
+            meshes.check_local(piece)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def check(pieces: Sequence[bpy.types.Object], vertices: int) -> None:
     """Raises ValueError if they cannot be posed together, and says what to do."""
     if vertices < 1:

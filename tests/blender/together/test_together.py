@@ -3,7 +3,7 @@
 
 import numpy as np
 from looks import group_of, in_world, key_names, rest_positions, shown_positions
-from support import SceneTest, bpy, module
+from support import SceneTest, bpy, linked_back, module
 from tubes import PLACED, Matrix, mesh_object, move, tube_arrays
 
 ENDS = ((-1.5, 1.0), (1.0, 3.0), (2.9, 5.5))
@@ -78,6 +78,10 @@ class TogetherTest(SceneTest):
         self.assertEqual((stand_in.arap.model, stand_in.display_type, stand_in.hide_render), ("solid", "BOUNDS", True))
         self.assertEqual([follower.kind for follower in stand_in.arap.followers], 3 * ["bend"])
         self.bent(stand_in)
+        rest, shown = world_rest(stand_in), world_shown(stand_in)
+        for obj in made:
+            nearest = [np.linalg.norm(rest - place, axis=1).argmin() for place in world_rest(obj)]
+            self.assert_close(world_shown(obj), shown[nearest], 2e-5)
         self.assertEqual(module("core.sessions").readout(stand_in.name_full).parts_at_rest, 0)
 
     def test_a_light_stand_in_of_a_heavy_mesh(self):
@@ -228,6 +232,17 @@ class OperatorTest(SceneTest):
         self.assertIsNone(bpy.data.objects["Leg"].arap.carried.body)
         bpy.ops.ed.redo()
         self.assertEqual(len(bpy.data.objects["Stand-in"].arap.followers), 3)
+
+    def test_linked_meshes_are_told_before(self):
+        (linked,) = linked_back(pieces()[0], "Leg")
+        self.scene = bpy.context.scene
+        self.scene.collection.objects.link(linked)
+        bpy.context.view_layer.update()
+        self.select(mesh_object(), linked)
+        self.assertEqual(
+            module("together.operators").why_not_together(bpy.context),
+            "'Leg' is linked from another file: make it local (Object > Relations > Make Local)",
+        )
 
     def test_one_mesh_stays_itself(self):
         obj = mesh_object()
