@@ -561,6 +561,16 @@ def carry_along(monkey: Monkey) -> None:
 
 
 @add_on
+def pose_together(monkey: Monkey) -> None:
+    stand_ins = [obj for obj in monkey.meshes() if obj.arap.is_stand_in]
+    if stand_ins and monkey.random.randrange(2):
+        monkey.api.remove_stand_in(monkey.choice(stand_ins))
+    else:
+        pieces = monkey.random.sample(list(monkey.meshes()), 2)
+        monkey.api.pose_together(pieces, monkey.choice([50, 200_000]))
+
+
+@add_on
 def change_follower(monkey: Monkey) -> None:
     body = monkey.choice(obj for obj in monkey.meshes() if obj.arap.followers)
     follower = monkey.choice(body.arap.followers)
@@ -600,8 +610,8 @@ def act_beside_a_job(monkey: Monkey) -> None:
 
 ACTS: dict[Act, int] = {
     operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, carry_along: 4, toggle_live: 4, use_pose: 4,
-    use_session: 4, new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2, export: 2, keyframe: 2,
-    change_key: 2, show_all: 2,
+    use_session: 4, pose_together: 3, new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2,
+    export: 2, keyframe: 2, change_key: 2, show_all: 2,
 } | dict.fromkeys([
     duplicate, delete, join, separate, edit_faces, act_in_another_mode, modifiers, apply_modifier, add_key, remove_key,
     move_key, absolute_keys, move_wildly, scale_wildly, constrain, drive, parent, rename, rename_group, delete_group,

@@ -99,6 +99,8 @@ class StandInJob:
         del shapes
         if not len(shape.triangles):
             raise ValueError("None of the meshes has a face: there is nothing to deform")
+        if not 0.0 < shape.size < np.inf:
+            raise ValueError("The meshes have no size, or places that are no finite numbers: move their vertices apart")
         shape = yield from self._slowly(simplified(shape, self._vertices), SIMPLIFIED_SHARE)
         self._shape = yield from self._slowly(connected(shape, self._vertices), 1.0)
 

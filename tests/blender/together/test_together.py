@@ -154,6 +154,12 @@ class TogetherTest(SceneTest):
         )
         for objects, message in cases:
             self.assert_error(ValueError, message, self.api.pose_together, objects)
+        message = "The meshes have no size, or places that are no finite numbers: move their vertices apart"
+        for place in (0.0, np.nan):
+            flat = [mesh_object(f"Flat{i}") for i in range(2)]
+            for obj in flat:
+                obj.data.vertices.foreach_set("co", np.full(3 * len(obj.data.vertices), place))
+            self.assert_error(ValueError, message, self.api.pose_together, flat)
         self.assert_error(ValueError, "vertices = 0, must be >= 1", self.api.pose_together, made, 0)
         self.api.pose_together(made)
         message = (
