@@ -97,7 +97,9 @@ class TogetherTest(SceneTest):
 
     def test_groups_of_one_name_are_one_and_what_is_pinned_stays_pinned(self):
         made = pieces()
-        self.api.add_pin(made[0], range(8), name="Foot")
+        for name in ("Foot", "Gone"):
+            self.api.add_pin(made[0], range(8), name=name)
+        made[0].vertex_groups.remove(made[0].vertex_groups["Gone"])
         for obj in made[1:]:
             obj.vertex_groups.new(name="Upper").add(range(len(obj.data.vertices)), 0.5, "REPLACE")
         stand_in = self.api.pose_together(made)
