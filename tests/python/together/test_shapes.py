@@ -22,6 +22,10 @@ def moved(shape, *shift):
     return Shape(shape.points + np.array(shift), shape.triangles, shape.weights)
 
 
+def fields(shape):
+    return shape.triangles, shape.weights
+
+
 def area(shape):
     a, b, c = (shape.points[corner] for corner in shape.triangles.T)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
@@ -155,6 +159,21 @@ def test_wider_gaps_are_bridged_only_between_parts_without_another_bridge():
     together = result_of(connected(tied, 200_000))
     assert n_parts(together) == 1
     assert reach_of_bridges(together) < 0.05, "only where the third one is"
+
+
+def test_parts_that_are_near_but_do_not_meet_stay_free_if_others_hold_them():
+    """Two fingers side by side, and the palm that both are stuck into."""
+    gap = 0.01
+    palm = moved(grid(2), -0.5, -0.5, 0.0)
+    fingers = [moved(Shape(grid(2).points[:, [0, 2, 1]], *fields(grid(2))), -0.5, y, -0.1) for y in (0.0, gap)]
+    hand = result_of(connected(joined([palm, *fingers]), 200_000))
+    assert n_parts(hand) == 1
+    is_between = (hand.points[:, 1] > 0.2 * gap) & (hand.points[:, 1] < 0.8 * gap)
+    assert np.abs(hand.points[is_between, 2]).max() < 0.02, "only of the palm"
+    touching = joined([palm, fingers[0], moved(fingers[1], 0.0, -0.9 * gap, 0.0)])
+    hand = result_of(connected(touching, 200_000))
+    is_between = (hand.points[:, 1] > 0.02 * gap) & (hand.points[:, 1] < 0.08 * gap)
+    assert hand.points[is_between, 2].max() > 0.8, "these meet"
 
 
 def test_few_vertices_stay_few():

@@ -18,8 +18,10 @@ from .shape import Longs, Shape, cells_of, parts_of
 
 EVERYWHERE = 1 / 50  # longest edge, in sizes of the shape: a cube of a solid is no larger
 AT_BRIDGES = 1 / 200  # longest edge where two parts are near each other
-REACH = 1.5  # between parts that are bridged, in these longest edges
-WIDENINGS = (1.0, 2.0, 4.0)  # of the reach, for parts that have no bridge yet
+TOUCHING = 0.5  # in these longest edges: parts with vertices in a cube of this size meet somewhere
+REACH = 1.5  # in the same, size of the cubes in which parts that meet are bridged
+WIDENINGS = (1.5, 3.0, 6.0)  # the same for parts that have no bridge yet
+MOST_IN_CUBE = 5  # other parts that a part is bridged to in a cube
 
 
 def connected(shape: Shape, most: int) -> Generator[None, None, Shape]:
@@ -32,9 +34,15 @@ def connected(shape: Shape, most: int) -> Generator[None, None, Shape]:
     shape = split_edges(shape, max(size * EVERYWHERE, fine))
     yield
     shape = split_edges(shape, fine, lambda now: _are_near_others(now, 2.0 * fine))
+    yield
+    # Two fingers that are parts of their own are near each other, but do not meet: they stay free.
+    parts = parts_of(shape)
+    touching = np.unique(_keys(parts, _pairs(shape.points, parts, TOUCHING * fine)))
+    ends = _pairs(shape.points, parts, REACH * fine)
+    shape = _with_bridges(shape, ends[np.isin(_keys(parts, ends), touching)])
     for widening in WIDENINGS:
         yield
-        shape = _with_bridges(shape, _pairs(shape.points, parts_of(shape), REACH * widening * fine))
+        shape = _with_bridges(shape, _pairs(shape.points, parts_of(shape), widening * fine))
     return shape
 
 
@@ -53,14 +61,22 @@ def _are_near_others(shape: Shape, reach: float) -> NDArray[np.bool_]:
 
 
 def _pairs(points: NDArray[np.float64], parts: Longs, reach: float) -> Longs:
-    """(k, 2) a vertex of a part and one of the next part in the same cube, of two lattices of cubes of this size."""
+    """(k, 2) vertices of two parts in a cube, of two lattices of cubes of this size: one of each part and cube."""
     found = [np.empty((0, 2), dtype=np.int64)]
     for shift in (0.0, 0.5):
         order, starts, cell_of = _sorted(cells_of(points, reach, shift), parts)
         chosen = order[starts]
-        is_pair = cell_of[1:] == cell_of[:-1]
-        found.append(np.stack([chosen[:-1][is_pair], chosen[1:][is_pair]], axis=1))
+        for step in range(1, MOST_IN_CUBE + 1):
+            is_pair = cell_of[step:] == cell_of[:-step]
+            if not is_pair.any():
+                break
+            found.append(np.stack([chosen[:-step][is_pair], chosen[step:][is_pair]], axis=1))
     return np.unique(np.concatenate(found), axis=0)
+
+
+def _keys(parts: Longs, ends: Longs) -> Longs:
+    """(k,) one number for the two parts of each pair: _pairs() gives the lower part first."""
+    return np.asarray(parts[ends[:, 0]] * len(parts) + parts[ends[:, 1]])
 
 
 def _sorted(cells: Longs, parts: Longs) -> tuple[Longs, Longs, Longs]:
