@@ -108,6 +108,12 @@ def test_a_piece_pulls_the_whole(ui: Ui) -> Steps:
     yield from ui.until(lambda: shift("Head") > 0.8, "so does the head")
     yield from ui.screenshot("2_head")
     assert not piece("Head").arap.pull_pins
+    yield from ui.scroll_tab()
+    yield from ui.screenshot("3_panel")
+    ui.select(piece("Head"))
+    yield from ui.screenshot("4_panel_of_a_piece")
+    ui.select(stand_in())
+    yield from ui.move_mouse_to_view()
     yield from ui.undo()
     yield from ui.until(lambda: shift("Head") < 0.7, "one step of undo")
     yield from grab(ui, (0.0, -0.45, 2.2), (1.0, -0.45, 2.0))
