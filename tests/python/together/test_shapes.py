@@ -26,11 +26,6 @@ def fields(shape):
     return shape.triangles, shape.weights
 
 
-def area(shape):
-    a, b, c = (shape.points[corner] for corner in shape.triangles.T)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
-
-
 def longest(shape):
     ends = shape.points[shape.triangles] - shape.points[np.roll(shape.triangles, 1, axis=1)]
     return np.linalg.norm(ends, axis=2).max()
@@ -55,7 +50,7 @@ def test_joined_without_loose_vertices():
     assert shape.points.shape == (13, 3)
     np.testing.assert_array_equal(shape.weights[0], [0.25] * 4 + [0.5] * 9)
     assert n_parts(shape) == 2
-    np.testing.assert_allclose(area(shape), 2.0)
+    np.testing.assert_allclose(shape.area, 2.0)
 
 
 def test_faces_are_fans():
@@ -70,7 +65,7 @@ def test_seams_are_closed_and_nothing_else_changes():
     closed = result_of(simplified(shape, 1000))
     assert (len(closed.points), n_parts(closed)) == (28, 1)
     assert {tuple(p) for p in closed.points} == {tuple(p) for p in shape.points}
-    np.testing.assert_allclose(area(closed), 2.0)
+    np.testing.assert_allclose(closed.area, 2.0)
     assert (closed.weights[0] == 0.25).sum() == 16, "the larger weight counts at the seam"
 
 
@@ -81,7 +76,7 @@ def test_no_more_vertices_than_may_stay_and_not_far_fewer(most):
     shape = Shape(flat.points + 0.1 * np.sin(9 * flat.points[:, ::-1]), flat.triangles, rng.random((1, 22500), "f4"))
     few = result_of(simplified(shape, most))
     assert 0.5 * most < len(few.points) <= most
-    np.testing.assert_allclose(area(few), area(shape), rtol=0.1 if most > 500 else 0.3)
+    np.testing.assert_allclose(few.area, shape.area, rtol=0.1 if most > 500 else 0.3)
     assert n_parts(few) == 1
     assert few.weights.mean() > 0.6, "the largest of each cube"
 
@@ -105,7 +100,7 @@ def test_long_edges_are_split_and_the_surface_stays():
     fine = split_edges(shape, 0.3)
     assert longest(fine) <= 0.3
     np.testing.assert_array_equal(fine.points[:4], shape.points)
-    np.testing.assert_allclose(area(fine), area(shape))
+    np.testing.assert_allclose(fine.area, shape.area)
     a, b, c = (fine.points[corner] for corner in fine.triangles.T)
     assert (np.cross(b - a, c - a)[:, 2] > 0).all(), "windings stay"
     on_edge = np.flatnonzero(fine.points[:, 1] == 0)
@@ -135,7 +130,7 @@ def test_near_parts_are_connected_and_far_ones_are_not():
     shape = joined([grid(2), crossing, grid(2, z=0.004), far])
     whole = result_of(connected(shape, 200_000))
     np.testing.assert_array_equal(whole.points[: len(shape.points)], shape.points)
-    np.testing.assert_allclose(area(whole), area(shape), rtol=1e-9)  # bridges have no area
+    np.testing.assert_allclose(whole.area, shape.area, rtol=1e-9)  # bridges have no area
     assert n_parts(shape) == 4
     assert n_parts(whole) == 2
     assert len(np.unique(parts_of(whole)[:17])) == 1
@@ -179,3 +174,10 @@ def test_parts_that_are_near_but_do_not_meet_stay_free_if_others_hold_them():
 def test_few_vertices_stay_few():
     shape = joined([grid(2), grid(2, z=0.001)])
     assert len(result_of(connected(shape, 400)).points) < 2000
+
+
+def test_much_area_in_many_layers_has_no_end_of_vertices():
+    layers = joined([grid(2, z=0.002 * k) for k in range(40)])
+    whole = result_of(connected(layers, 2000))
+    assert n_parts(whole) == 1
+    assert len(whole.points) < 20_000

@@ -21,7 +21,7 @@ AT_BRIDGES = 1 / 200  # longest edge where two parts are near each other
 TOUCHING = 0.5  # in these longest edges: parts with vertices in a cube of this size meet somewhere
 REACH = 1.5  # in the same, size of the cubes in which parts that meet are bridged
 WIDENINGS = (1.5, 3.0, 6.0)  # the same for parts that have no bridge yet
-MOST_IN_CUBE = 5  # other parts that a part is bridged to in a cube
+MOST_IN_CUBE = 2  # other parts that a part is bridged to in a cube
 
 
 def connected(shape: Shape, most: int) -> Generator[None, None, Shape]:
@@ -30,7 +30,9 @@ def connected(shape: Shape, most: int) -> Generator[None, None, Shape]:
     Its vertices stay. ``most``: about so many are enough, so a coarse shape stays coarser.
     """
     size = shape.size
-    fine = size * max(AT_BRIDGES, 1.0 / np.sqrt(most))
+    # With edges as long as this about four times as many vertices cover all, if it is all near other parts, as hair is.
+    covered = np.sqrt(shape.area / (2.0 * most))
+    fine = max(size * AT_BRIDGES, size / np.sqrt(most), covered)
     shape = split_edges(shape, max(size * EVERYWHERE, fine))
     yield
     shape = split_edges(shape, fine, lambda now: _are_near_others(now, 2.0 * fine))

@@ -34,6 +34,11 @@ class Shape:
         """Diagonal of the box."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
 
+    @property
+    def area(self) -> float:
+        a, b, c = (self.points[corner] for corner in self.triangles.T)
+        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+
 
 def joined(shapes: Sequence[Shape]) -> Shape:
     """All of them as one, in this order. They have the same groups. Vertices in no triangle are left out."""
