@@ -136,7 +136,7 @@ class Triangles {
   [[nodiscard]] Vector3 place(int vertex) const { return places_.row(vertex).transpose(); }
 
   /// Replaces `nearest` by a triangle at the node that is nearer to `place`, and is not degenerate. Of those that share
-  /// the nearest edge or corner it is the one that faces the place.
+  /// the nearest edge or corner it is the one that faces the place, and of those in one plane the first.
   void look_at(int node, const Vector3& place, Nearest& nearest) const {
     for (const int t : at_node_.of(node)) {
       const auto [a, ab, ac] = at(t);
@@ -144,9 +144,14 @@ class Triangles {
       if (!(area.norm() > kDegenerateHeight * std::pow(longest_edge(ab, ac), 2))) continue;
       const double squared = (place - nearest_in_triangle(place, a, a + ab, a + ac)).squaredNorm();
       const double above = area.dot(place - a) / area.norm();
-      constexpr double kSame = 1e-9;
-      const bool is_tie = std::abs(squared - nearest.squared) <= kSame * squared;
-      if (is_tie ? std::abs(above) > std::abs(nearest.above) : squared < nearest.squared) nearest = {squared, above, t};
+      constexpr double kSame = 1e-6;  // not rounding decides
+      if (std::abs(squared - nearest.squared) > kSame * squared) {
+        if (squared < nearest.squared) nearest = {squared, above, t};
+        continue;
+      }
+      const double facing = std::abs(above) - std::abs(nearest.above);
+      if (std::abs(facing) > kSame * std::sqrt(squared) ? facing > 0 : t < nearest.triangle)
+        nearest = {squared, above, t};
     }
   }
 
