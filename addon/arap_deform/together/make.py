@@ -97,6 +97,7 @@ class StandInJob:
             yield
         shape = joined(shapes)
         del shapes
+        yield
         if not len(shape.triangles):
             raise ValueError("None of the meshes has a face: there is nothing to deform")
         if not 0.0 < shape.size < np.inf:
