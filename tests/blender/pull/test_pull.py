@@ -90,15 +90,15 @@ class PickTest(PullTest):
         self.assertIsNone(self.pick(body, 390.0))
 
     def test_what_moves_a_mesh_is_found_up_to_the_first_one_that_is_switched_off(self):
-        bodies = module("carry.bodies")
+        bodies, below = module("carry.bodies"), module("carry.problems").below
         body, coat, buckle = (mesh_object(name) for name in ("Body", "Coat", "Buckle"))
         self.api.carry_along(body, [coat], "bend")
         self.api.carry_along(coat, [buckle], "bend")
         self.assertEqual([bodies.moving_mesh(obj) for obj in (body, coat, buckle)], 3 * [body])
-        self.assertEqual(list(bodies.carried_by(body)), [coat, buckle])
+        self.assertEqual(below(body), [coat, buckle])
         body.arap.followers[0].is_enabled = False
         self.assertEqual([bodies.moving_mesh(obj) for obj in (body, coat, buckle)], [body, coat, coat])
-        self.assertEqual(list(bodies.carried_by(body)), [])
+        self.assertEqual(below(body), [])
         coat.arap.carried.body = buckle  # a circle, in a damaged file
         self.assertEqual(bodies.moving_mesh(coat), coat)
 
