@@ -58,7 +58,8 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         index = settings.active_follower_index
         if settings.followers:
             row = layout.row()
-            row.template_list("ARAP_UL_followers", "", settings, "followers", settings, "active_follower_index", rows=3)
+            of_list = (settings, "followers", settings, "active_follower_index")
+            row.template_list("ARAP_UL_followers", "", *of_list, rows=3, maxrows=8)
             row.column().operator("arap.carry_remove", text="", icon="REMOVE")
         elif body is None and not left_out:
             text = "Select clothes, hair and eyes, then Shift-click this mesh, and press Carry Along."

@@ -40,7 +40,8 @@ def still(path: Path, out: Path) -> None:
 def main() -> None:
     taken, images = map(Path, sys.argv[1:])
     frames = sorted(taken.glob("frame_*.png"))
-    moving(frames, images / "pull.webp")
+    if frames:
+        moving(frames, images / "pull.webp")
     for path in sorted(set(taken.glob("*.png")) - set(frames)):
         still(path, images / f"{path.stem}.webp")
         print(f"pictures: {path.stem}.webp, {(images / f'{path.stem}.webp').stat().st_size / 1000:.0f} kB")
