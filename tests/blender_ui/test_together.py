@@ -51,7 +51,7 @@ def look_from_front(ui: Ui) -> Steps:
     region = space.region_3d
     region.view_perspective = "ORTHO"
     region.view_rotation = (0.7071068, 0.7071068, 0.0, 0.0)
-    region.view_location = (1.0, 0.0, 0.7)
+    region.view_location = (2.2, 0.0, 0.7)  # left of the sidebar, and of the navigation gizmo
     region.view_distance = 10.0
     yield from ui.move_mouse_to_view()
 
