@@ -216,7 +216,8 @@ template <class From, class To>
   const float per_square = 1 / (growth * growth);
   const Numbers mean = limited((1 + change_of_trace / 2) * per_square);
   const Numbers determinant = squared / squared_at_rest * per_square * per_square;
-  const Numbers scale = growth * scale_of(mean, determinant);
+  const Numbers looks = its.at(side::kInverse);
+  const Numbers scale = growth * (looks > 0 ? scale_of(mean, determinant) : broadcast<float>(1));
 
   // Lengths of the plane's normal times the size of the area.
   const Numbers change_of_size = dot(area_at_rest + area, c) / (size + square_root<float>(squared_at_rest));
