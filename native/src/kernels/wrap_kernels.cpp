@@ -22,6 +22,9 @@ constexpr float kLeastGrowth = 1e-24F;
 constexpr float kBent = 4.F / 3;
 constexpr float kScaled = 2;
 
+/// Of the area: a triangle that has shrunk to less has no normal to speak of, and the less it has, the less it pushes.
+constexpr float kCollapsed = 1e-4F;
+
 [[gnu::always_inline]] inline Numbers limited(const Numbers& x) {
   const Numbers low = x < -kLargest ? broadcast<float>(-kLargest) : x;
   return low > kLargest ? broadcast<float>(kLargest) : low;
@@ -222,8 +225,16 @@ template <class From, class To>
   // Lengths of the plane's normal times the size of the area.
   const Numbers change_of_size = dot(area_at_rest + area, c) / (size + square_root<float>(squared_at_rest));
   const Numbers wanted = its.at(side::kDistance) * ((scale - 1) * size + change_of_size);
-  const Numbers missing = wanted - (dot(c, its.three_at(side::kPlace) + x) + dot(area_at_rest, x));
-  const Numbers along = limited(its.at(side::kStrength) * missing / size) / (size * its.at(side::kPerEdge));
+  const Three<float> now = its.three_at(side::kPlace) + x;
+  const Numbers missing = wanted - (dot(c, now) + dot(area_at_rest, x));
+  // No farther than from where it is to the plane, and on: of a small area, rounding would bring it anywhere.
+  const Numbers above = its.at(side::kDistance);
+  const Numbers most = scale * (above < 0 ? -above : above) + square_root<float>(dot(now, now));
+  const Numbers way = missing / size;
+  const Numbers down = way < -most ? -most : way;
+  const Numbers least = kCollapsed * growth * growth * square_root<float>(squared_at_rest);
+  const Numbers share = its.at(side::kStrength) * (size / (size + least * (least / size)));
+  const Numbers along = share * (down > most ? most : down) / (size * its.at(side::kPerEdge));
   return {{along * area[0], along * area[1], along * area[2]}};
 }
 

@@ -169,6 +169,27 @@ TEST(SurfaceSides, DistancesDoNotJumpWhenAnotherPartBecomesMostOfTheSurface) {
   EXPECT_LT(farthest, .1 * kDistance);
 }
 
+TEST(SurfaceSides, TrianglesThatCollapseBringPointsNowhere) {
+  constexpr double kDistance = .02;
+  const MeshData mesh = limb();
+  const WrapDeformation wrap(mesh.mesh(), sleeve(mesh, kDistance));
+  const Positions& rest = mesh.positions();
+  // The normal's growth is a root, so of a part of 10⁻⁷ it leaves more.
+  constexpr double kLeft = .01;
+  for (const double size : {0., 1e-12, 1e-5}) {
+    const Positions posed = size * rest + (1 - size) * Vector3(.1, .2, .3).transpose().replicate(rest.rows(), 1);
+    const Positions now = wrap.deform(posed);
+    EXPECT_LT((now.rowwise() - Eigen::RowVector3d(.1, .2, .3)).rowwise().norm().maxCoeff(), kLeft) << size;
+  }
+  // Half of it, to a line.
+  Positions posed = rest;
+  const double middle = rest.col(2).mean();
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (posed(v, 2) > middle) posed.row(v) << 0, 0, posed(v, 2);
+  const Positions now = wrap.deform(posed);
+  for (Eigen::Index k = 0; k < now.rows(); ++k) EXPECT_LT(now.row(k).head<2>().norm(), .6) << k;
+}
+
 TEST(SurfaceSides, WhatIsInsideStaysInside) {
   const MeshData mesh = limb();
   const Positions posed = bent_limb(mesh, 90);
