@@ -9,7 +9,8 @@ from collections.abc import Generator, Iterable, Sequence
 import bpy
 import numpy as np
 
-from ..carry.lists import carry_along, remove_at
+from ..carry.lists import carry_along, remove_at, stop_carrying
+from ..carry.problems import owner_of
 from ..core.background import Progress
 from ..core.job import STEP_S, run_job
 from ..core.together.bridges import connected
@@ -100,9 +101,11 @@ class StandInJob:
         yield
         if not len(shape.triangles):
             raise ValueError("None of the meshes has a face: there is nothing to deform")
-        if not 0.0 < shape.size < np.inf:
-            raise ValueError("The meshes have no size, or places that are no finite numbers: move their vertices apart")
+        if not shape.size > 0.0:
+            raise ValueError("The meshes have no size: move their vertices apart")
         shape = yield from self._slowly(simplified(shape, self._vertices), SIMPLIFIED_SHARE)
+        if not len(shape.triangles):
+            raise ValueError(f"With {self._vertices:,} vertices no face is left of these meshes: raise Vertices")
         self._shape = yield from self._slowly(connected(shape, self._vertices), 1.0)
 
     def _slowly(self, work: Generator[None, None, Shape], end: float) -> Generator[None, None, Shape]:
@@ -151,6 +154,9 @@ def remove_stand_in(stand_in: bpy.types.Object) -> None:
     for follower in stand_in.arap.followers:
         if follower.target is not None and follower.target.type == "MESH" and follower.target.data.is_editmode:
             raise ValueError(f"'{follower.target.name}' is in Edit Mode: go back to Object Mode first")
+    body = owner_of(stand_in)
+    if body is not None:
+        stop_carrying(body, stand_in)
     for index in reversed(range(len(stand_in.arap.followers))):
         remove_at(stand_in, index)
     for index in reversed(range(len(stand_in.arap.handles))):

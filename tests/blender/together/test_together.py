@@ -128,6 +128,13 @@ class TogetherTest(SceneTest):
             made[0],
         )
 
+    def test_removed_it_is_in_no_list_any_more(self):
+        body = mesh_object("Body")
+        stand_in = self.api.pose_together(pieces())
+        self.api.carry_along(body, [stand_in])
+        self.api.remove_stand_in(stand_in)
+        self.assertEqual(len(body.arap.followers), 0)
+
     def test_in_edit_mode_nothing_is_removed(self):
         made = pieces()
         stand_in = self.api.pose_together(made)
@@ -156,13 +163,17 @@ class TogetherTest(SceneTest):
         )
         for objects, message in cases:
             self.assert_error(ValueError, message, self.api.pose_together, objects)
-        message = "The meshes have no size, or places that are no finite numbers: move their vertices apart"
-        for place in (0.0, np.nan):
-            flat = [mesh_object(f"Flat{i}") for i in range(2)]
-            for obj in flat:
-                obj.data.vertices.foreach_set("co", np.full(3 * len(obj.data.vertices), place))
-            self.assert_error(ValueError, message, self.api.pose_together, flat)
+        flat = [mesh_object(f"Flat{i}") for i in range(2)]
+        for obj in flat:
+            obj.data.vertices.foreach_set("co", np.zeros(3 * len(obj.data.vertices)))
+        message = "The meshes have no size: move their vertices apart"
+        self.assert_error(ValueError, message, self.api.pose_together, flat)
+        flat[1].data.vertices[3].co.y = np.nan
+        with self.assertRaisesRegex(ValueError, "^Vertex 3 of 'Flat1' is at no finite place"):
+            self.api.pose_together(flat)
         self.assert_error(ValueError, "vertices = 0, must be >= 1", self.api.pose_together, made, 0)
+        message = "With 1 vertices no face is left of these meshes: raise Vertices"
+        self.assert_error(ValueError, message, self.api.pose_together, made, 1)
         self.api.pose_together(made)
         message = (
             "'Leg' cannot go along with 'Stand-in.001': it goes along with 'Stand-in' already; remove it from the list "
