@@ -128,6 +128,19 @@ class TogetherTest(SceneTest):
             made[0],
         )
 
+    def test_removed_its_children_stay_where_they_are(self):
+        made = pieces()
+        stand_in = self.api.pose_together(made)
+        for obj in made:
+            obj.parent = stand_in
+            obj.matrix_parent_inverse = stand_in.matrix_world.inverted()
+        move(stand_in, (5.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+        before = [world_shown(obj) for obj in made]
+        self.api.remove_stand_in(stand_in)
+        bpy.context.view_layer.update()
+        for obj, places in zip(made, before, strict=True):
+            self.assert_close(world_shown(obj), places, 1e-5)
+
     def test_removed_it_is_in_no_list_any_more(self):
         body = mesh_object("Body")
         stand_in = self.api.pose_together(pieces())
