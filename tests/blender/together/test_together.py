@@ -253,6 +253,31 @@ class OperatorTest(SceneTest):
         self.assertEqual(why(bpy.context), "Go to Object Mode first (Tab)")
         bpy.ops.object.mode_set(mode="OBJECT")
 
+    def test_a_deleted_stand_in_lets_its_meshes_go(self):
+        made = pieces()
+        self.api.pose_together(made)
+        self.select(bpy.data.objects["Stand-in"])
+        bpy.ops.object.delete()
+        text = module("carry.problems").left_out_text
+        self.assertEqual(
+            text(made[0]),
+            "It went along with 'Stand-in', which was deleted: bring that back (Ctrl Z), or press Remove Stand-in",
+        )
+        self.assertEqual(module("carry.bodies").moving_mesh(made[0]), made[0])
+        self.select(made[0])
+        self.assertEqual(bpy.ops.arap.stand_in_remove(), {"FINISHED"})
+        self.assertEqual([key_names(obj) for obj in made], 3 * [[]])
+        self.assertEqual(text(made[0]), "")
+        body, coat = mesh_object("Body"), mesh_object("Coat")
+        self.api.carry_along(body, [coat])
+        self.select(body)
+        bpy.ops.object.delete()
+        self.assertEqual(
+            text(coat),
+            "It went along with 'Body', which was deleted: bring that back (Ctrl Z), or let it go along with another "
+            "mesh",
+        )
+
     def test_undo_and_redo(self):
         made = pieces()
         self.select(*made)
