@@ -38,6 +38,10 @@ constexpr float kCollapsed = 1e-4F;
   return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
+[[gnu::always_inline]] inline Three<float> operator+(const Three<float>& a, const Three<float>& b) {
+  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
+}
+
 /// Rows of matrices, one in each lane.
 struct Rows {
   Three<float> v[3];  // NOLINT
@@ -85,12 +89,14 @@ struct Rows {
   const Three<float> second = cross(du, v);
   const Three<float> third = cross(du, dv);
   Three<float> c{};
-  Three<float> sum{};
+  Three<float> now{};
   for (int i = 0; i < 3; ++i) {
     c[i] = first[i] + second[i] + third[i];
-    sum[i] = 2 * n[i] + c[i];
+    now[i] = n[i] + c[i];
   }
-  const Numbers squared = 1 + dot(sum, c);
+  // Of an area that has shrunk, 1 + (2 n + c) c is rounding.
+  const Numbers direct = dot(now, now);
+  const Numbers squared = direct < .5F ? direct : 1 + dot(now + n, c);
   const Numbers growth = squared > kLeastGrowth ? squared : broadcast<float>(kLeastGrowth);
   const Numbers per_root = 1 / square_root<float>(square_root<float>(growth));
   for (int i = 0; i < 3; ++i) {
@@ -161,10 +167,6 @@ struct Sides {
   }
   [[nodiscard, gnu::always_inline]] Three<float> three_at(int i) const { return {{at(i), at(i + 1), at(i + 2)}}; }
 };
-
-[[gnu::always_inline]] inline Three<float> operator+(const Three<float>& a, const Three<float>& b) {
-  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
-}
 
 /// What to - from is for each lane, in lengths of its edge.
 /// @param from, to  from(k), to(k): Vector<double, 4>

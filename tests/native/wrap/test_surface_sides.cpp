@@ -190,6 +190,27 @@ TEST(SurfaceSides, TrianglesThatCollapseBringPointsNowhere) {
   for (Eigen::Index k = 0; k < now.rows(); ++k) EXPECT_LT(now.row(k).head<2>().norm(), .6) << k;
 }
 
+TEST(SurfaceSides, WhatIsOnAPartThatShrinksShrinksWithIt) {
+  const MeshData mesh = limb();
+  const Positions points = sleeve(mesh, .02);
+  const Eigen::RowVector3d end(0, 0, mesh.positions().col(2).mean());
+  for (const bool stay_outside : {false, true}) {
+    WrapOptions options;
+    options.stay_outside = stay_outside;
+    const WrapDeformation wrap(mesh.mesh(), points, options);
+    for (const double scale : {.1, .01, .005, .003, .001}) {
+      Positions posed = mesh.positions();
+      for (int v = 0; v < mesh.n_vertices(); ++v)
+        if (posed(v, 2) > end.z()) posed.row(v) = end + scale * (posed.row(v) - end);
+      const Positions now = wrap.deform(posed);
+      for (Eigen::Index k = 0; k < points.rows(); ++k) {
+        if (points(k, 2) < end.z() + 1) continue;
+        EXPECT_LT((now.row(k) - end - scale * (points.row(k) - end)).norm(), 2e-3) << scale << " " << k;
+      }
+    }
+  }
+}
+
 TEST(SurfaceSides, WhatIsInsideStaysInside) {
   const MeshData mesh = limb();
   const Positions posed = bent_limb(mesh, 90);
