@@ -105,7 +105,9 @@ struct Sheets {
     }
   }
   static Vector3 place(int k) { return {10. * k, 0, 0}; }
-  [[nodiscard]] auto of(Positions& positions, int k) const { return positions.middleRows(k * n_vertices, n_vertices); }
+  [[nodiscard]] auto of(Positions& positions, int k) const {
+    return positions.middleRows(Eigen::Index{k} * n_vertices, n_vertices);
+  }
 
   int n_vertices;
   MeshData mesh{"sheets", {}, {}};
