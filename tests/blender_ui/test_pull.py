@@ -678,7 +678,7 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
         assert not sheet().arap.pull_pins
 
     obj.hide_set(True)
-    hidden = "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
+    hidden = "'Grid' is hidden here: show it first (Alt H, its collection, or leave Local View)"
     yield from refused(hidden)
     obj.hide_set(False)
 

@@ -9,7 +9,7 @@ import numpy as np
 import scenes
 from harness import MODULE, Steps, Ui
 from mathutils import Matrix
-from test_pull import click, grab, pull
+from test_pull import click, grab, point_at, pull, refusal
 
 PIECES = {  # colour, diameter, place of the middle, length, axis
     "Torso": ((0.8, 0.35, 0.3, 1), 1.2, (0.0, 0.0, 0.0), 3.0, "Z"),
@@ -158,6 +158,24 @@ def test_a_click_on_a_piece_takes_the_whole(ui: Ui) -> Steps:
     assert bpy.context.object == stand_in()
     yield from click(ui, (1.4, -0.25, 1.1))
     assert (len(stand_in().arap.pull_pins), bpy.context.object) == (1, stand_in())
+
+
+def test_a_hidden_stand_in_is_told(ui: Ui) -> Steps:
+    """Also by a click on a piece while something else is in hand."""
+    mesh_at = importlib.import_module(f"{MODULE}.pull.other_mesh").mesh_at
+    yield from begin(ui)
+    told = "'Stand-in' is hidden here: show it first (Alt H, its collection, or leave Local View)"
+    stand_in().hide_set(True)
+    yield
+    yield from point_at(ui, (1.4, -0.25, 1.1))
+    assert told in refusal(ui)
+    region, said = ui.region(), ""
+    try:
+        with ui.override():
+            mesh_at(bpy.context, (ui.mouse[0] - region.x, ui.mouse[1] - region.y))
+    except ValueError as error:
+        said = str(error)
+    assert said == told
 
 
 def test_clothes_pull_the_body(ui: Ui) -> Steps:

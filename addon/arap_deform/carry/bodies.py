@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import bpy
 
-from .problems import entry_of
+from .problems import entry_of, is_in_scene
 
 
 def body_of(obj: bpy.types.Object) -> bpy.types.Object | None:
-    """The mesh that an object goes along with, None if there is none, or if its list says that it rests."""
+    """The mesh that an object goes along with; None if there is none, it is deleted, or its list says: switched off."""
     body = obj.arap.carried.body
     entry = entry_of(body, obj) if body is not None else None
-    return body if entry is not None and entry.is_enabled else None
+    return body if entry is not None and entry.is_enabled and is_in_scene(body) else None
 
 
 def moving_mesh(obj: bpy.types.Object) -> bpy.types.Object:

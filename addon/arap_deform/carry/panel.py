@@ -49,12 +49,12 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         settings = obj.arap
         body = owner_of(obj)
-        if body is not None:
-            draw_text(context, layout, f"Goes along with '{body.name}'.", "INFO")
-            layout.operator("arap.carry_select", text="Select It", icon="RESTRICT_SELECT_OFF")
         left_out = left_out_text(obj)
         if left_out:
             draw_text(context, layout, f"{left_out}.", "INFO")
+        elif body is not None:
+            draw_text(context, layout, f"Goes along with '{body.name}'.", "INFO")
+            layout.operator("arap.carry_select", text="Select It", icon="RESTRICT_SELECT_OFF")
         index = settings.active_follower_index
         if settings.followers:
             row = layout.row()
@@ -77,5 +77,5 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.carry_near", icon="VIEWZOOM")
         column = layout.column(align=True)
         column.operator("arap.pose_together", icon="MOD_LATTICE")
-        if settings.is_stand_in:
+        if settings.is_stand_in or (body is not None and body.arap.is_stand_in):
             column.operator("arap.stand_in_remove", icon="X")

@@ -38,12 +38,26 @@ def owner_of(target: bpy.types.Object) -> bpy.types.Object | None:
     return body if body is not None and entry_of(body, target) is not None else None
 
 
+def is_in_scene(obj: bpy.types.Object) -> bool:
+    """Whether an object is in some scene. What is deleted may live on, as long as something points at it."""
+    # To look at the scenes takes long in a large file, and what is visible is in one.
+    return obj.visible_get() or bool(obj.users_scene)
+
+
 def left_out_text(obj: bpy.types.Object) -> str:
-    """What a copy of a follower, or a part that was separated from one, has to say; '' for other objects."""
+    """What one has to say that goes along no more; '' for other objects.
+
+    A copy of a follower, a part that was separated from one, or one whose body is deleted.
+    """
     body = obj.arap.carried.body
-    if body is None or owner_of(obj) is not None:
+    if body is None:
         return ""
-    return f"It came from what goes along with '{body.name}', and does not: select it, then that, and Carry Along"
+    if owner_of(obj) is None:
+        return f"It came from what goes along with '{body.name}', and does not: select it, then that, and Carry Along"
+    if is_in_scene(body):
+        return ""
+    instead = "press Remove Stand-in" if body.arap.is_stand_in else "let it go along with another mesh"
+    return f"It went along with '{body.name}', which was deleted: bring that back (Ctrl Z), or {instead}"
 
 
 def check_new(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -62,7 +76,7 @@ def check_new(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.t
     if _is_handle(body, target):
         raise ValueError(f"{whose}: it is one of its handles")
     owner = owner_of(target)
-    if owner not in {None, body} and owner.users_scene:
+    if owner not in {None, body} and is_in_scene(owner):
         raise ValueError(f"{whose}: it goes along with '{owner.name}' already; remove it from the list there first")
     if target in above(body):
         raise ValueError(f"{whose}, which goes along with it: that would be a circle")
@@ -82,8 +96,7 @@ def check(target: bpy.types.Object) -> None:
 def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
     """Why an entry of the list cannot work now, one sentence; '' if it can. Quick, as it is asked at each redraw."""
     target = follower.target
-    # To look at the scenes takes long in a large file, and what is visible is in one.
-    if target is None or not (target.visible_get() or target.users_scene):
+    if target is None or not is_in_scene(target):
         whose = f"'{target.name}'" if target is not None else "The object"
         return f"{whose} is in no scene: bring it back, or remove it from the list"
     if target.type != "MESH" or target == body or _is_handle(body, target):

@@ -7,7 +7,7 @@ import bpy
 from mathutils import Vector
 
 from ..carry.bodies import moving_mesh
-from ..ui.checks import posed_object
+from ..ui.checks import hidden_text, posed_object
 from .seen_mesh import view_of
 from .view import Pixels
 
@@ -22,7 +22,7 @@ def pulled_object(context: bpy.types.Context) -> bpy.types.Object:
 def mesh_at(context: bpy.types.Context, pixel: Pixels) -> bpy.types.Object | None:
     """The mesh that is seen at a pixel and may be selected, or what moves that.
 
-    None if there is none, as on a copy of a collection.
+    None if there is none, as on a copy of a collection. Raises ValueError if what moves it is hidden.
     """
     origin, direction = view_of(context.region, context.region_data).ray(pixel)
     depsgraph = context.evaluated_depsgraph_get()
@@ -33,7 +33,11 @@ def mesh_at(context: bpy.types.Context, pixel: Pixels) -> bpy.types.Object | Non
     # A stand-in is not seen, but its meshes are, at the same place.
     if not obj.arap.is_stand_in and (obj.hide_select or obj.display_type in SEEN_THROUGH):
         return None
-    obj = moving_mesh(obj)
     space = context.space_data
-    is_visible = obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None)
-    return obj if is_visible else None
+    view = space if isinstance(space, bpy.types.SpaceView3D) else None
+    moving = moving_mesh(obj)
+    if moving.visible_get(viewport=view):
+        return moving
+    if moving != obj and obj.visible_get(viewport=view):
+        raise ValueError(hidden_text(moving))
+    return None

@@ -49,6 +49,8 @@ def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, 
 def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
     evaluated = obj.evaluated_get(depsgraph)
     world = meshes.read_matrix(obj, depsgraph)
+    if not abs(np.linalg.det(world[:3, :3])) > 0.0:
+        return None  # scaled to nothing, as what an artist hides in an animation
     inverse: Floats = np.asarray(np.linalg.inv(world))
     start, along = transformed(inverse, origin), inverse[:3, :3] @ direction
     is_hit, place, normal, face = evaluated.ray_cast(Vector(start), Vector(along / np.linalg.norm(along)))

@@ -8,13 +8,15 @@ from collections.abc import Generator, Iterable, Sequence
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
-from ..carry.lists import carry_along, remove_at
+from ..carry.lists import carry_along, remove_at, stop_carrying
+from ..carry.problems import owner_of
 from ..core.background import Progress
 from ..core.job import STEP_S, run_job
 from ..core.together.bridges import connected
 from ..core.together.fewer import simplified
-from ..core.together.shape import Shape, joined
+from ..core.together.shape import Shape, centre_of, joined
 from ..scene import groups, meshes, versions
 from ..setup.handles import remove_handle
 from ..setup.made_objects import collection_for_made
@@ -100,9 +102,11 @@ class StandInJob:
         yield
         if not len(shape.triangles):
             raise ValueError("None of the meshes has a face: there is nothing to deform")
-        if not 0.0 < shape.size < np.inf:
-            raise ValueError("The meshes have no size, or places that are no finite numbers: move their vertices apart")
+        if not shape.size > 0.0:
+            raise ValueError("The meshes have no size: move their vertices apart")
         shape = yield from self._slowly(simplified(shape, self._vertices), SIMPLIFIED_SHARE)
+        if not len(shape.triangles):
+            raise ValueError(f"With {self._vertices:,} vertices no face is left of these meshes: raise Vertices")
         self._shape = yield from self._slowly(connected(shape, self._vertices), 1.0)
 
     def _slowly(self, work: Generator[None, None, Shape], end: float) -> Generator[None, None, Shape]:
@@ -142,6 +146,8 @@ def pose_together(
 def remove_stand_in(stand_in: bpy.types.Object) -> None:
     """Removes a stand-in with its handles. The meshes go back to rest, without the shape keys made for it.
 
+    Its children stay where they are.
+
     Raises:
         ValueError: it is none, or a mesh is in Edit Mode.
     """
@@ -151,11 +157,24 @@ def remove_stand_in(stand_in: bpy.types.Object) -> None:
     for follower in stand_in.arap.followers:
         if follower.target is not None and follower.target.type == "MESH" and follower.target.data.is_editmode:
             raise ValueError(f"'{follower.target.name}' is in Edit Mode: go back to Object Mode first")
+    body = owner_of(stand_in)
+    if body is not None:
+        stop_carrying(body, stand_in)
     for index in reversed(range(len(stand_in.arap.followers))):
         remove_at(stand_in, index)
     for index in reversed(range(len(stand_in.arap.handles))):
         remove_handle(stand_in, index)
+    _release_children(stand_in)
     _delete(stand_in)
+
+
+def _release_children(stand_in: bpy.types.Object) -> None:
+    """They stay where they are: without their parent they would go to where they were when they got it."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    places = [(child, meshes.read_matrix(child, depsgraph)) for child in stand_in.children]
+    for child, place in places:
+        child.parent = None
+        child.matrix_world = Matrix(place)
 
 
 def _delete(stand_in: bpy.types.Object) -> None:
@@ -166,12 +185,12 @@ def _delete(stand_in: bpy.types.Object) -> None:
 
 
 def _new_object(shape: Shape, collection: bpy.types.Collection) -> bpy.types.Object:
-    # Around its middle: far from its origin coordinates of single precision have few digits.
-    middle = (shape.points.min(axis=0) + shape.points.max(axis=0)) / 2.0
-    points = np.ascontiguousarray(shape.points - middle, dtype=np.float32)
+    # Far from its origin coordinates of single precision have few digits. Mirror X of Pull is about the origin.
+    centre = centre_of(shape)
+    points = np.ascontiguousarray(shape.points - centre, dtype=np.float32)
     mesh = versions.new_mesh(NAME, points, shape.triangles.astype(np.int32))
     stand_in = bpy.data.objects.new(NAME, mesh)
-    stand_in.location = middle
+    stand_in.location = centre
     stand_in.display_type = "BOUNDS"
     stand_in.hide_render = True
     stand_in.arap.model = "solid"

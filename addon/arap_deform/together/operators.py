@@ -9,8 +9,8 @@ from typing import Any
 import bpy
 from bpy.props import IntProperty
 
-from ..carry.bodies import body_of
 from ..carry.operators import KINDS
+from ..carry.problems import owner_of
 from ..follow.scene import is_rendering
 from ..pose.job_operator import JobOperator
 from ..ui.checks import (
@@ -39,8 +39,8 @@ def why_not_together(context: bpy.types.Context) -> str:
 
 
 def stand_in_of(obj: bpy.types.Object) -> bpy.types.Object | None:
-    """The object if it is a stand-in, else the one that it goes along with; None if there is none."""
-    return next((each for each in (obj, body_of(obj)) if each is not None and each.arap.is_stand_in), None)
+    """The object if it is a stand-in, else the one that has it in its list, maybe deleted; None if there is none."""
+    return next((each for each in (obj, owner_of(obj)) if each is not None and each.arap.is_stand_in), None)
 
 
 def why_no_stand_in(context: bpy.types.Context) -> str:

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ..carry import problems
-from ..core.arrays import Floats
+from ..core.arrays import Floats, check_places
 from ..core.together.shape import Shape, triangles_of
 from ..core.transforms import transformed
 from ..scene import handle_motion, meshes
@@ -56,9 +56,15 @@ def check(pieces: Sequence[bpy.types.Object], vertices: int) -> None:
 
 
 def read_shape(piece: bpy.types.Object, groups: Sequence[str]) -> Shape:
-    """The mesh at rest, in the world. ``groups``: names, of which it need not have all."""
+    """The mesh at rest, in the world. ``groups``: names, of which it need not have all.
+
+    Raises:
+        ValueError: a vertex is at no finite place.
+    """
     world = handle_motion.object_matrix(piece, bpy.context.evaluated_depsgraph_get())
-    points: Floats = transformed(world, meshes.read_rest(piece).astype(np.float64))
+    rest = meshes.read_rest(piece)
+    check_places(rest, piece.name)
+    points: Floats = transformed(world, rest.astype(np.float64))
     weights = np.zeros((len(groups), len(points)), dtype=np.float32)
     own = [name for name in groups if name in piece.vertex_groups]
     for name, values in meshes.read_weights(piece, own).items():

@@ -212,14 +212,19 @@ def why_not_pullable(context: bpy.types.Context, obj: bpy.types.Object | None = 
         return reason
     space = context.space_data
     if not obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None):
-        return "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
+        return hidden_text(obj)
     return ""
+
+
+def hidden_text(obj: bpy.types.Object) -> str:
+    """What to do if a mesh is not visible. It has a name: it may be what moves the one in hand."""
+    return f"'{obj.name}' is hidden here: show it first (Alt H, its collection, or leave Local View)"
 
 
 def check_visible(obj: bpy.types.Object) -> None:
     """Raises ValueError if the mesh is hidden: Blender does not let it into other modes."""
     if not obj.visible_get():
-        raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
+        raise ValueError(hidden_text(obj))
 
 
 def select_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -22,6 +22,9 @@ constexpr float kLeastGrowth = 1e-24F;
 constexpr float kBent = 4.F / 3;
 constexpr float kScaled = 2;
 
+/// Of the area: a triangle that has shrunk to less has no normal to speak of, and the less it has, the less it pushes.
+constexpr float kCollapsed = 1e-4F;
+
 [[gnu::always_inline]] inline Numbers limited(const Numbers& x) {
   const Numbers low = x < -kLargest ? broadcast<float>(-kLargest) : x;
   return low > kLargest ? broadcast<float>(kLargest) : low;
@@ -33,6 +36,10 @@ constexpr float kScaled = 2;
 
 [[gnu::always_inline]] inline Three<float> cross(const Three<float>& a, const Three<float>& b) {
   return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
+
+[[gnu::always_inline]] inline Three<float> operator+(const Three<float>& a, const Three<float>& b) {
+  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
 }
 
 /// Rows of matrices, one in each lane.
@@ -82,12 +89,14 @@ struct Rows {
   const Three<float> second = cross(du, v);
   const Three<float> third = cross(du, dv);
   Three<float> c{};
-  Three<float> sum{};
+  Three<float> now{};
   for (int i = 0; i < 3; ++i) {
     c[i] = first[i] + second[i] + third[i];
-    sum[i] = 2 * n[i] + c[i];
+    now[i] = n[i] + c[i];
   }
-  const Numbers squared = 1 + dot(sum, c);
+  // Of an area that has shrunk, 1 + (2 n + c) c is rounding.
+  const Numbers direct = dot(now, now);
+  const Numbers squared = direct < .5F ? direct : 1 + dot(now + n, c);
   const Numbers growth = squared > kLeastGrowth ? squared : broadcast<float>(kLeastGrowth);
   const Numbers per_root = 1 / square_root<float>(square_root<float>(growth));
   for (int i = 0; i < 3; ++i) {
@@ -159,10 +168,6 @@ struct Sides {
   [[nodiscard, gnu::always_inline]] Three<float> three_at(int i) const { return {{at(i), at(i + 1), at(i + 2)}}; }
 };
 
-[[gnu::always_inline]] inline Three<float> operator+(const Three<float>& a, const Three<float>& b) {
-  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
-}
-
 /// What to - from is for each lane, in lengths of its edge.
 /// @param from, to  from(k), to(k): Vector<double, 4>
 template <class From, class To>
@@ -216,13 +221,22 @@ template <class From, class To>
   const float per_square = 1 / (growth * growth);
   const Numbers mean = limited((1 + change_of_trace / 2) * per_square);
   const Numbers determinant = squared / squared_at_rest * per_square * per_square;
-  const Numbers scale = growth * scale_of(mean, determinant);
+  const Numbers looks = its.at(side::kInverse);
+  const Numbers scale = growth * (looks > 0 ? scale_of(mean, determinant) : broadcast<float>(1));
 
   // Lengths of the plane's normal times the size of the area.
   const Numbers change_of_size = dot(area_at_rest + area, c) / (size + square_root<float>(squared_at_rest));
   const Numbers wanted = its.at(side::kDistance) * ((scale - 1) * size + change_of_size);
-  const Numbers missing = wanted - (dot(c, its.three_at(side::kPlace) + x) + dot(area_at_rest, x));
-  const Numbers along = limited(its.at(side::kStrength) * missing / size) / (size * its.at(side::kPerEdge));
+  const Three<float> now = its.three_at(side::kPlace) + x;
+  const Numbers missing = wanted - (dot(c, now) + dot(area_at_rest, x));
+  // No farther than from where it is to the plane, and on: of a small area, rounding would bring it anywhere.
+  const Numbers above = its.at(side::kDistance);
+  const Numbers most = scale * (above < 0 ? -above : above) + square_root<float>(dot(now, now));
+  const Numbers way = missing / size;
+  const Numbers down = way < -most ? -most : way;
+  const Numbers least = kCollapsed * growth * growth * square_root<float>(squared_at_rest);
+  const Numbers share = its.at(side::kStrength) * (size / (size + least * (least / size)));
+  const Numbers along = share * (down > most ? most : down) / (size * its.at(side::kPerEdge));
   return {{along * area[0], along * area[1], along * area[2]}};
 }
 

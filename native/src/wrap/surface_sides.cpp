@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "base/grouped.h"
 #include "geometry/nearest_in_triangle.h"
@@ -38,7 +37,7 @@ std::vector<Corners> fans(const PolygonMesh& surface) {
 /// The heights of a triangle that tells how it is stretched, at least, of its longest edge.
 constexpr double kLeastHeight = .01;
 /// Triangles that tell how the surface grows.
-constexpr size_t kMostSamples = 1000;
+constexpr size_t kMostSamples = 300;
 constexpr double kLeastGrowth = 1e-8;
 
 /// A triangle at rest, its plane and the point: what the kernel wants of it.
@@ -76,21 +75,25 @@ class Side {
   std::array<double, kSideNumbers> numbers_{};
 };
 
-/// Of numbers, where they are densest: of ever shorter runs of them, each half as many as the one before, the shortest.
-/// [BF06] What is held moves rigidly, so it decides, even if it is less than half of all.
-double most_common(std::vector<double> numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  size_t begin = 0;
-  size_t n = numbers.size();
-  while (n > 2) {
-    const size_t half = (n + 1) / 2;
-    size_t best = begin;
-    for (size_t k = begin; k + half <= begin + n; ++k)
-      if (numbers[k + half - 1] - numbers[k] < numbers[best + half - 1] - numbers[best]) best = k;
-    begin = best;
-    n = half;
+/// Of logarithms, about where they are densest: their mean, weighted by powers of how many there are around each. What
+/// is held moves rigidly, so it decides, even if it is less than half of all. No choice between them, as of the densest
+/// run, or all distances would jump when another one becomes the densest.
+double most_common(const std::vector<double>& logarithms) {
+  constexpr double kNear = .01;
+  double weights = 0;
+  double sum = 0;
+  for (const double here : logarithms) {
+    double around = 0;
+    for (const double other : logarithms) {
+      const double squared = std::pow((other - here) / kNear, 2);
+      around += 1 / ((1 + squared) * (1 + squared));
+    }
+    // A fraction of all, whose powers are numbers. It decides in the same way.
+    const double weight = std::pow(around / static_cast<double>(logarithms.size()), 8);
+    weights += weight;
+    sum += weight * here;
   }
-  return (numbers[begin] + numbers[begin + n - 1]) / 2;
+  return sum / weights;
 }
 
 class Triangles {
@@ -208,14 +211,15 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
 double SurfaceSides::growth(const AlignedBuffer<double>& displacements) const {
   if (samples_.empty()) return 1;
   const auto displacement = [&](int k) { return Vector3::Map(&displacements[4 * static_cast<size_t>(k)]); };
-  std::vector<double> growths;
-  growths.reserve(samples_.size());
+  std::vector<double> logarithms;
+  logarithms.reserve(samples_.size());
   for (const auto& [corners, ab, ac] : samples_) {
     const Vector3 u = displacement(corners[1]) - displacement(corners[0]);
     const Vector3 v = displacement(corners[2]) - displacement(corners[0]);
-    growths.push_back(std::sqrt((ab + u).cross(ac + v).norm() / ab.cross(ac).norm()));
+    const double growth = std::sqrt((ab + u).cross(ac + v).norm() / ab.cross(ac).norm());
+    logarithms.push_back(std::log(std::clamp(growth, kLeastGrowth, 1 / kLeastGrowth)));
   }
-  return std::clamp(most_common(std::move(growths)), kLeastGrowth, 1 / kLeastGrowth);
+  return std::exp(most_common(logarithms));
 }
 
 }  // namespace arap

@@ -113,6 +113,13 @@ class PickTest(PullTest):
         np.testing.assert_array_equal(pick.vertices, expected)
         self.assertIsNone(self.pick(obj, 20.0), "beside the mesh")
 
+    def test_what_goes_along_and_is_scaled_to_nothing_does_not_hinder(self):
+        obj, coat = mesh_object("Body"), mesh_object("Coat")
+        self.api.carry_along(obj, [coat], "bend")
+        coat.scale = (0.0, 0.0, 0.0)
+        bpy.context.view_layer.update()
+        self.assertLess(self.pick(obj).place[1], -0.4)
+
     def test_a_moved_turned_and_scaled_object_is_found_where_it_is_seen(self):
         obj = mesh_object()
         self.pick(obj)  # read again after the change

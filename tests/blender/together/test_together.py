@@ -128,6 +128,26 @@ class TogetherTest(SceneTest):
             made[0],
         )
 
+    def test_removed_its_children_stay_where_they_are(self):
+        made = pieces()
+        stand_in = self.api.pose_together(made)
+        for obj in made:
+            obj.parent = stand_in
+            obj.matrix_parent_inverse = stand_in.matrix_world.inverted()
+        move(stand_in, (5.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+        before = [world_shown(obj) for obj in made]
+        self.api.remove_stand_in(stand_in)
+        bpy.context.view_layer.update()
+        for obj, places in zip(made, before, strict=True):
+            self.assert_close(world_shown(obj), places, 1e-5)
+
+    def test_removed_it_is_in_no_list_any_more(self):
+        body = mesh_object("Body")
+        stand_in = self.api.pose_together(pieces())
+        self.api.carry_along(body, [stand_in])
+        self.api.remove_stand_in(stand_in)
+        self.assertEqual(len(body.arap.followers), 0)
+
     def test_in_edit_mode_nothing_is_removed(self):
         made = pieces()
         stand_in = self.api.pose_together(made)
@@ -156,13 +176,17 @@ class TogetherTest(SceneTest):
         )
         for objects, message in cases:
             self.assert_error(ValueError, message, self.api.pose_together, objects)
-        message = "The meshes have no size, or places that are no finite numbers: move their vertices apart"
-        for place in (0.0, np.nan):
-            flat = [mesh_object(f"Flat{i}") for i in range(2)]
-            for obj in flat:
-                obj.data.vertices.foreach_set("co", np.full(3 * len(obj.data.vertices), place))
-            self.assert_error(ValueError, message, self.api.pose_together, flat)
+        flat = [mesh_object(f"Flat{i}") for i in range(2)]
+        for obj in flat:
+            obj.data.vertices.foreach_set("co", np.zeros(3 * len(obj.data.vertices)))
+        message = "The meshes have no size: move their vertices apart"
+        self.assert_error(ValueError, message, self.api.pose_together, flat)
+        flat[1].data.vertices[3].co.y = np.nan
+        with self.assertRaisesRegex(ValueError, "^Vertex 3 of 'Flat1' is at no finite place"):
+            self.api.pose_together(flat)
         self.assert_error(ValueError, "vertices = 0, must be >= 1", self.api.pose_together, made, 0)
+        message = "With 1 vertices no face is left of these meshes: raise Vertices"
+        self.assert_error(ValueError, message, self.api.pose_together, made, 1)
         self.api.pose_together(made)
         message = (
             "'Leg' cannot go along with 'Stand-in.001': it goes along with 'Stand-in' already; remove it from the list "
@@ -228,6 +252,31 @@ class OperatorTest(SceneTest):
         bpy.ops.object.mode_set(mode="EDIT")
         self.assertEqual(why(bpy.context), "Go to Object Mode first (Tab)")
         bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_a_deleted_stand_in_lets_its_meshes_go(self):
+        made = pieces()
+        self.api.pose_together(made)
+        self.select(bpy.data.objects["Stand-in"])
+        bpy.ops.object.delete()
+        text = module("carry.problems").left_out_text
+        self.assertEqual(
+            text(made[0]),
+            "It went along with 'Stand-in', which was deleted: bring that back (Ctrl Z), or press Remove Stand-in",
+        )
+        self.assertEqual(module("carry.bodies").moving_mesh(made[0]), made[0])
+        self.select(made[0])
+        self.assertEqual(bpy.ops.arap.stand_in_remove(), {"FINISHED"})
+        self.assertEqual([key_names(obj) for obj in made], 3 * [[]])
+        self.assertEqual(text(made[0]), "")
+        body, coat = mesh_object("Body"), mesh_object("Coat")
+        self.api.carry_along(body, [coat])
+        self.select(body)
+        bpy.ops.object.delete()
+        self.assertEqual(
+            text(coat),
+            "It went along with 'Body', which was deleted: bring that back (Ctrl Z), or let it go along with another "
+            "mesh",
+        )
 
     def test_undo_and_redo(self):
         made = pieces()

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -91,27 +92,125 @@ TEST(SurfaceSides, WhatIsOnAPartThatStaysKeepsItsDistance) {
   EXPECT_GT(n_held, 100);
 }
 
+/// The same mesh many times, side by side.
+struct Sheets {
+  Sheets(int n, const MeshData& sheet) : n_vertices(sheet.n_vertices()) {
+    for (int k = 0; k < n; ++k) {
+      const int first = mesh.n_vertices();
+      for (const Vector3& vertex : sheet.vertices) mesh.add_vertex(place(k) + vertex);
+      for (std::vector<int> face : sheet.faces) {
+        for (int& v : face) v += first;
+        mesh.faces.push_back(std::move(face));
+      }
+    }
+  }
+  static Vector3 place(int k) { return {10. * k, 0, 0}; }
+  [[nodiscard]] auto of(Positions& positions, int k) const {
+    return positions.middleRows(Eigen::Index{k} * n_vertices, n_vertices);
+  }
+
+  int n_vertices;
+  MeshData mesh{"sheets", {}, {}};
+};
+
 TEST(SurfaceSides, DistancesGrowWithAPartThatIsScaledButNotWithOneThatMayBend) {
   constexpr double kDistance = .03;
   constexpr std::array kScales = {1., 1., .8, .4, 3.};
   const MeshData sheet = grid(8, Faces::kQuads);
-  MeshData sheets{"sheets that grow", {}, {}};
-  Positions posed(5 * sheet.n_vertices(), 3);
+  const Sheets sheets(5, sheet);
+  Positions posed = sheets.mesh.positions();
   Positions points(5, 3);
   for (int k = 0; k < 5; ++k) {
-    const int first = sheets.n_vertices();
-    const Vector3 place(10. * k, 0, 0);
-    for (const Vector3& vertex : sheet.vertices) sheets.add_vertex(place + vertex);
-    for (std::vector<int> face : sheet.faces) {
-      for (int& v : face) v += first;
-      sheets.faces.push_back(std::move(face));
-    }
-    posed.middleRows(first, sheet.n_vertices()) = (kScales[k] * sheet.positions()).rowwise() + place.transpose();
-    points.row(k) = (place + Vector3(.1, .2, kDistance)).transpose();
+    sheets.of(posed, k) = (kScales[k] * sheet.positions()).rowwise() + Sheets::place(k).transpose();
+    points.row(k) = (Sheets::place(k) + Vector3(.1, .2, kDistance)).transpose();
   }
-  const Positions now = WrapDeformation(sheets.mesh(), points).deform(posed);
+  const Positions now = WrapDeformation(sheets.mesh.mesh(), points).deform(posed);
   const Eigen::VectorXd expected = kDistance * Eigen::VectorXd{{1, 1, 1, .4, 3}};
   EXPECT_LT((now.col(2) - expected).cwiseAbs().maxCoeff(), 1e-3 * kDistance);
+}
+
+TEST(SurfaceSides, ThinTrianglesKeepDistancesHoweverPartsMoveTogether) {
+  constexpr double kDistance = .03;
+  const MeshData sheet =
+      transformed(grid(8, Faces::kQuads), [](const Vector3& p) { return Vector3(p.x(), p.y() / 200, p.z()); });
+  const Sheets sheets(5, sheet);
+  Positions posed = sheets.mesh.positions();
+  Positions points(5, 3);
+  for (int k = 0; k < 5; ++k) {
+    sheets.of(posed, k) = sheet.positions().rowwise() + .4 * Sheets::place(k).transpose();
+    points.row(k) = (Sheets::place(k) + Vector3(.1, .001, kDistance)).transpose();
+  }
+  const Positions now = WrapDeformation(sheets.mesh.mesh(), points).deform(posed);
+  EXPECT_LT((now.col(2).array() - kDistance).abs().maxCoeff(), 1e-3 * kDistance);
+}
+
+TEST(SurfaceSides, DistancesDoNotJumpWhenAnotherPartBecomesMostOfTheSurface) {
+  constexpr int kSteps = 100;
+  constexpr double kDistance = .02;
+  const MeshData mesh = limb();
+  const double middle = mesh.positions().col(2).mean();
+  const WrapDeformation wrap(mesh.mesh(), sleeve(mesh, kDistance));
+  // What is above a height that sinks is 1.3 times as large.
+  const auto deformed = [&](int step) {
+    Positions posed = mesh.positions();
+    for (int v = 0; v < mesh.n_vertices(); ++v) {
+      const double above = posed(v, 2) - middle + 2. * step / kSteps - 1;
+      const double share = std::clamp(above + .5, 0., 1.);
+      posed.row(v) *= 1 + .3 * share * share * (3 - 2 * share);
+    }
+    return wrap.deform(posed);
+  };
+  double farthest = 0;
+  Positions former = deformed(0);
+  Positions here = deformed(1);
+  for (int step = 2; step <= kSteps; ++step) {
+    Positions next = deformed(step);
+    farthest = std::max(farthest, (next - 2 * here + former).rowwise().norm().maxCoeff());
+    former = std::exchange(here, std::move(next));
+  }
+  EXPECT_LT(farthest, .1 * kDistance);
+}
+
+TEST(SurfaceSides, TrianglesThatCollapseBringPointsNowhere) {
+  constexpr double kDistance = .02;
+  const MeshData mesh = limb();
+  const WrapDeformation wrap(mesh.mesh(), sleeve(mesh, kDistance));
+  const Positions& rest = mesh.positions();
+  // The normal's growth is a root, so of a part of 10⁻⁷ it leaves more.
+  constexpr double kLeft = .01;
+  for (const double size : {0., 1e-12, 1e-5}) {
+    const Positions posed = size * rest + (1 - size) * Vector3(.1, .2, .3).transpose().replicate(rest.rows(), 1);
+    const Positions now = wrap.deform(posed);
+    EXPECT_LT((now.rowwise() - Eigen::RowVector3d(.1, .2, .3)).rowwise().norm().maxCoeff(), kLeft) << size;
+  }
+  // Half of it, to a line.
+  Positions posed = rest;
+  const double middle = rest.col(2).mean();
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (posed(v, 2) > middle) posed.row(v) << 0, 0, posed(v, 2);
+  const Positions now = wrap.deform(posed);
+  for (Eigen::Index k = 0; k < now.rows(); ++k) EXPECT_LT(now.row(k).head<2>().norm(), .6) << k;
+}
+
+TEST(SurfaceSides, WhatIsOnAPartThatShrinksShrinksWithIt) {
+  const MeshData mesh = limb();
+  const Positions points = sleeve(mesh, .02);
+  const Eigen::RowVector3d end(0, 0, mesh.positions().col(2).mean());
+  for (const bool stay_outside : {false, true}) {
+    WrapOptions options;
+    options.stay_outside = stay_outside;
+    const WrapDeformation wrap(mesh.mesh(), points, options);
+    for (const double scale : {.1, .01, .005, .003, .001}) {
+      Positions posed = mesh.positions();
+      for (int v = 0; v < mesh.n_vertices(); ++v)
+        if (posed(v, 2) > end.z()) posed.row(v) = end + scale * (posed.row(v) - end);
+      const Positions now = wrap.deform(posed);
+      for (Eigen::Index k = 0; k < points.rows(); ++k) {
+        if (points(k, 2) < end.z() + 1) continue;
+        EXPECT_LT((now.row(k) - end - scale * (points.row(k) - end)).norm(), 2e-3) << scale << " " << k;
+      }
+    }
+  }
 }
 
 TEST(SurfaceSides, WhatIsInsideStaysInside) {

@@ -6,7 +6,7 @@ import pytest
 from arap_deform.core.together.bridges import connected
 from arap_deform.core.together.fewer import simplified
 from arap_deform.core.together.finer import split_edges
-from arap_deform.core.together.shape import Shape, clustered, joined, parts_of, triangles_of
+from arap_deform.core.together.shape import Shape, centre_of, clustered, joined, parts_of, triangles_of
 
 
 def grid(n, z=0.0, size=1.0, weight=0.0):
@@ -58,6 +58,15 @@ def test_faces_are_fans():
     triangles = triangles_of(corners, np.array([5, 3], dtype=np.int32))
     np.testing.assert_array_equal(triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [4, 3, 5]])
     np.testing.assert_array_equal(triangles_of(corners[5:], np.array([3], dtype=np.int32)), [[4, 3, 5]])
+
+
+def test_the_centre_is_what_most_is_symmetric_about():
+    body = moved(grid(11), -0.5, 3.0, 1.0)
+    sword = moved(grid(4), 1.0, 3.2, 1.0)
+    np.testing.assert_allclose(centre_of(body), (0.0, 3.5, 1.0), atol=1e-12)
+    np.testing.assert_allclose(centre_of(joined([body, sword])), (0.0, 3.6, 1.0), atol=1e-12)
+    aside = moved(body, 0.2, 0.0, 0.0)
+    np.testing.assert_allclose(centre_of(aside), (0.2, 3.5, 1.0), atol=1e-12)
 
 
 def test_seams_are_closed_and_nothing_else_changes():

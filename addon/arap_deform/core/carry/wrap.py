@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Float32s, Floats, Ints
+from ..arrays import Float32s, Floats, Ints, check_places
 from ..background import Steps, stage
 from ..mirror import Mirror, are_same, completed
 from ..session_data import SessionMesh
@@ -78,11 +78,7 @@ class Wrap:
         Raises:
             ValueError: the arrays cannot be used. MemoryError.
         """
-        is_finite = np.isfinite(inputs.points).all(axis=1)
-        if not is_finite.all():
-            raise ValueError(
-                f"Vertex {int(is_finite.argmin())} of '{inputs.name}' is at no finite place: repair or remove it"
-            )
+        check_places(inputs.points, inputs.name)
         wrap = cls(inputs)
         mesh, wrap._whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)
         seen = wrap._space.to_solver(mesh.rest_positions)

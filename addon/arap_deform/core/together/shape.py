@@ -14,6 +14,8 @@ from ..graph import connected_labels
 
 Longs = NDArray[np.int64]
 
+SAME_IMAGE = 1e-4  # of the size: so near is a vertex to the mirror image of another one
+
 
 @dataclass(frozen=True)
 class Shape:
@@ -62,6 +64,29 @@ def cells_of(points: Floats, size: float, shift: float = 0.0) -> Longs:
     places = np.floor((points - points.min(axis=0)) / size + shift).astype(np.int64)
     counts = places.max(axis=0) + 1
     return np.asarray((places[:, 0] * counts[1] + places[:, 1]) * counts[2] + places[:, 2])
+
+
+def centre_of(shape: Shape) -> Floats:
+    """(3,) the middle of the box; along an axis 0, if more vertices have mirror images about that.
+
+    A figure that holds something is symmetric about where it was modelled, not about the middle of all.
+    """
+    low, high = shape.points.min(axis=0), shape.points.max(axis=0)
+    centre: Floats = (low + high) / 2.0
+    for axis in range(3):
+        if low[axis] < 0.0 < high[axis] and _n_images(shape, axis, 0.0) > _n_images(shape, axis, centre[axis]):
+            centre[axis] = 0.0
+    return centre
+
+
+def _n_images(shape: Shape, axis: int, place: float) -> int:
+    """How many vertices have a mirror image about a plane across the axis."""
+    mirrored = shape.points.copy()
+    mirrored[:, axis] = 2.0 * place - mirrored[:, axis]
+    # Shifted: many coordinates are round numbers, which rounding would bring to either side of a cube.
+    cells = cells_of(np.concatenate([shape.points, mirrored]), SAME_IMAGE * shape.size, 0.37)
+    n = len(shape.points)
+    return int(np.isin(cells[n:], cells[:n]).sum())
 
 
 def clustered(shape: Shape, size: float) -> Shape:
