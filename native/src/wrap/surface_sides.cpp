@@ -37,7 +37,7 @@ std::vector<Corners> fans(const PolygonMesh& surface) {
 /// The heights of a triangle that tells how it is stretched, at least, of its longest edge.
 constexpr double kLeastHeight = .01;
 /// Triangles that tell how the surface grows.
-constexpr size_t kMostSamples = 300;
+constexpr size_t kMostSamples = 150;
 constexpr double kLeastGrowth = 1e-8;
 
 /// A triangle at rest, its plane and the point: what the kernel wants of it.
