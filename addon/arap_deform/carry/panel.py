@@ -54,7 +54,6 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
             draw_text(context, layout, f"{left_out}.", "INFO")
         elif body is not None:
             draw_text(context, layout, f"Goes along with '{body.name}'.", "INFO")
-            layout.operator("arap.carry_select", text="Select It", icon="RESTRICT_SELECT_OFF")
         index = settings.active_follower_index
         if settings.followers:
             row = layout.row()
