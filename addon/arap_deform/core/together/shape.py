@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Float32s, Floats, Ints
-from ..graph import connected_labels
+from ..graph import connected_labels, fans
 
 Longs = NDArray[np.int64]
 
@@ -131,9 +131,5 @@ def parts_of(shape: Shape) -> Longs:
 
 def triangles_of(corner_vertices: Ints, face_sizes: Ints) -> Longs:
     """(t, 3) faces as fans of triangles about their first corners."""
-    if len(face_sizes) and (face_sizes == 3).all():
-        return corner_vertices.reshape(-1, 3).astype(np.int64)
-    n_triangles = face_sizes.astype(np.int64) - 2
-    first = np.repeat(np.cumsum(face_sizes, dtype=np.int64) - face_sizes, n_triangles)
-    place = np.arange(len(first)) - np.repeat(np.cumsum(n_triangles) - n_triangles, n_triangles)
-    return np.stack([corner_vertices[first + k] for k in (0 * place, place + 1, place + 2)], axis=1).astype(np.int64)
+    starts = np.cumsum(face_sizes, dtype=np.int64) - face_sizes
+    return fans(corner_vertices, starts, face_sizes).astype(np.int64)
