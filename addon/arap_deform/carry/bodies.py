@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import bpy
 
-from .problems import entry_of, is_in_scene
+from .problems import is_in_scene, pair_with
 
 
 def body_of(obj: bpy.types.Object) -> bpy.types.Object | None:
     """The mesh that an object goes along with; None if there is none, it is deleted, or its list says: switched off."""
-    body = obj.arap.carried.body
-    entry = entry_of(body, obj) if body is not None else None
-    return body if entry is not None and entry.is_enabled and is_in_scene(body) else None
+    body, follower = pair_with(obj) or (None, None)
+    return body if follower is not None and follower.is_enabled and is_in_scene(body) else None
 
 
 def moving_mesh(obj: bpy.types.Object) -> bpy.types.Object:

@@ -27,15 +27,20 @@ def entry_of(body: bpy.types.Object, target: bpy.types.Object) -> ArapFollower |
 def pair_of(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
     """The body and the entry of the follower of that name, None if it is gone."""
     target = bpy.data.objects.get((name, None))
-    body = target.arap.carried.body if target is not None else None
+    return pair_with(target) if target is not None else None
+
+
+def pair_with(target: bpy.types.Object) -> tuple[bpy.types.Object, ArapFollower] | None:
+    """The mesh that has an object in its list and goes along with it, and its entry there; None for a copy of one."""
+    body = target.arap.carried.body
     follower = entry_of(body, target) if body is not None else None
     return (body, follower) if follower is not None else None
 
 
 def owner_of(target: bpy.types.Object) -> bpy.types.Object | None:
-    """The mesh that has an object in its list and goes along with it; None also for a copy of a follower."""
-    body = target.arap.carried.body
-    return body if body is not None and entry_of(body, target) is not None else None
+    """The mesh of pair_with()."""
+    pair = pair_with(target)
+    return pair[0] if pair is not None else None
 
 
 def is_in_scene(obj: bpy.types.Object) -> bool:
@@ -126,7 +131,7 @@ def below(body: bpy.types.Object) -> list[bpy.types.Object]:
     for obj in found:  # which grows
         for follower in obj.arap.followers:
             target = follower.target
-            is_there = follower.is_enabled and target is not None and target.type == "MESH" and target.users_scene
+            is_there = follower.is_enabled and target is not None and target.type == "MESH" and is_in_scene(target)
             if is_there and target.arap.carried.body == obj and target not in found:
                 found.append(target)
     return found[1:]
