@@ -42,6 +42,12 @@ constexpr float kCollapsed = 1e-4F;
   return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
 }
 
+/// (a + da) x (b + db) - a x b
+[[gnu::always_inline]] inline Three<float> change_of_cross(const Three<float>& a, const Three<float>& b,
+                                                           const Three<float>& da, const Three<float>& db) {
+  return cross(a, db) + cross(da, b) + cross(da, db);
+}
+
 /// Rows of matrices, one in each lane.
 struct Rows {
   Three<float> v[3];  // NOLINT
@@ -83,17 +89,8 @@ struct Rows {
 /// with n + c = (u + D u) x (v + D v). Of c alone, so where nothing changes it is 0 to the last digit.
 [[gnu::always_inline]] inline void add_change_of_normal(const Three<float>& u, const Three<float>& v, Rows& D) {
   const Three<float> n = cross(u, v);
-  const Three<float> du = D.times(u);
-  const Three<float> dv = D.times(v);
-  const Three<float> first = cross(u, dv);
-  const Three<float> second = cross(du, v);
-  const Three<float> third = cross(du, dv);
-  Three<float> c{};
-  Three<float> now{};
-  for (int i = 0; i < 3; ++i) {
-    c[i] = first[i] + second[i] + third[i];
-    now[i] = n[i] + c[i];
-  }
+  const Three<float> c = change_of_cross(u, v, D.times(u), D.times(v));
+  const Three<float> now = n + c;
   // Of an area that has shrunk, 1 + (2 n + c) c is rounding.
   const Numbers direct = dot(now, now);
   const Numbers squared = direct < .5F ? direct : 1 + dot(now + n, c);
@@ -207,7 +204,7 @@ template <class From, class To>
   const Three<float> ab = its.three_at(side::kAB);
   const Three<float> ac = its.three_at(side::kAC);
   const Three<float> area_at_rest = cross(ab, ac);
-  const Three<float> c = cross(ab, v) + cross(u, ac) + cross(u, v);
+  const Three<float> c = change_of_cross(ab, ac, u, v);
   const Three<float> area = area_at_rest + c;
   const Numbers squared_at_rest = dot(area_at_rest, area_at_rest);
   const Numbers squared = dot(area, area);
