@@ -95,21 +95,27 @@ def material(finish: Finish) -> bpy.types.Material:
     return result
 
 
+def quads_mesh(name: str, positions: Floats, quads: Ints) -> bpy.types.Mesh:
+    """A mesh of (n, 3) positions and (f, 4) quads."""
+    data = bpy.data.meshes.new(name)
+    data.vertices.add(len(positions))
+    data.loops.add(quads.size)
+    data.polygons.add(len(quads))
+    data.vertices.foreach_set("co", positions.astype(np.float32).ravel())
+    data.loops.foreach_set("vertex_index", quads.ravel())
+    data.polygons.foreach_set("loop_start", np.arange(0, quads.size, 4, dtype=np.int32))
+    data.polygons.foreach_set("loop_total", np.full(len(quads), 4, dtype=np.int32))
+    data.update(calc_edges=True)
+    return data
+
+
 def mesh_object(name: str, mesh: QuadMesh, finishes: Sequence[Finish], *, is_smooth: bool = True) -> bpy.types.Object:
     """An object of the mesh; face data "tag" chooses the finish.
 
     The colour attribute "Color" holds the finishes' colours, and vertex data "color" where a finish has none.
     """
-    data = bpy.data.meshes.new(name)
-    data.vertices.add(len(mesh.positions))
-    data.loops.add(mesh.quads.size)
-    data.polygons.add(len(mesh.quads))
-    data.vertices.foreach_set("co", mesh.positions.astype(np.float32).ravel())
-    data.loops.foreach_set("vertex_index", mesh.quads.ravel())
-    data.polygons.foreach_set("loop_start", np.arange(0, mesh.quads.size, 4, dtype=np.int32))
-    data.polygons.foreach_set("loop_total", np.full(len(mesh.quads), 4, dtype=np.int32))
+    data = quads_mesh(name, mesh.positions, mesh.quads)
     data.polygons.foreach_set("use_smooth", np.full(len(mesh.quads), is_smooth))
-    data.update(calc_edges=True)
     for finish in finishes:
         data.materials.append(material(finish))
     tags = mesh.face_data.get("tag", np.zeros(len(mesh.quads), dtype=np.int32))

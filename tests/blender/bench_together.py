@@ -31,26 +31,18 @@ def ball(name: str, n_vertices: int, place: float):
     """A mesh object, a sphere of radius 1 with bumps at (place, 0, 0)."""
     import bpy
     import numpy as np
+    from scenes.blender_scene import quads_mesh
 
     around = round(n_vertices**0.5)
     u, v = np.meshgrid(np.arange(around), np.arange(around), indexing="xy")
     theta, phi = np.pi * (v + 0.5) / around, 2 * np.pi * u / around
     radius = 1 + 0.01 * np.sin(40 * phi) * np.sin(40 * theta)
     round_ = np.stack([np.cos(theta), np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)], axis=-1)
-    points = (radius[..., None] * round_).reshape(-1, 3).astype(np.float32)
+    points = (radius[..., None] * round_).reshape(-1, 3)
     here = np.arange(around * (around - 1), dtype=np.int32)
     right = here // around * around + (here + 1) % around
-    corners = np.stack([here, right, right + around, here + around], axis=1)
-    mesh = bpy.data.meshes.new(name)
-    mesh.vertices.add(len(points))
-    mesh.loops.add(corners.size)
-    mesh.polygons.add(len(corners))
-    mesh.vertices.foreach_set("co", points.ravel())
-    mesh.loops.foreach_set("vertex_index", corners.ravel())
-    mesh.polygons.foreach_set("loop_start", np.arange(0, corners.size, 4, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(corners), 4, dtype=np.int32))
-    mesh.update(calc_edges=True)
-    obj = bpy.data.objects.new(name, mesh)
+    quads = np.stack([here, right, right + around, here + around], axis=1)
+    obj = bpy.data.objects.new(name, quads_mesh(name, points, quads))
     obj.location.x = place
     bpy.context.scene.collection.objects.link(obj)
     return obj

@@ -105,21 +105,11 @@ class NativeProxy:
 def creature_object(n_vertices: int):
     """The creature with about so many vertices, linked to the scene; and the vertices of its pins and handles."""
     import bpy
-    import numpy as np
+    from scenes.blender_scene import quads_mesh
     from scenes.creature import creature, creature_groups
 
     model = creature(n_vertices)
-    corners = model.quads.ravel()
-    mesh = bpy.data.meshes.new("Creature")
-    mesh.vertices.add(len(model.positions))
-    mesh.loops.add(len(corners))
-    mesh.polygons.add(len(model.quads))
-    mesh.vertices.foreach_set("co", model.positions.astype(np.float32).ravel())
-    mesh.loops.foreach_set("vertex_index", corners)
-    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 4, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(model.quads), 4, dtype=np.int32))
-    mesh.update(calc_edges=True)
-    obj = bpy.data.objects.new("Creature", mesh)
+    obj = bpy.data.objects.new("Creature", quads_mesh("Creature", model.positions, model.quads))
     bpy.context.scene.collection.objects.link(obj)
     bpy.context.view_layer.update()
     return obj, creature_groups(model)
