@@ -16,6 +16,7 @@ from ..core.patches import surface_diagonal
 from ..core.transforms import transformed
 from ..props.carry import KINDS
 from ..scene import meshes, shape_keys
+from ..scene.points import objects as points
 from . import late, problems, run, twins, wraps
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ NAMES_OF_KINDS = [kind[0] for kind in KINDS]
 def carry_along(
     body: bpy.types.Object, objects: Iterable[bpy.types.Object], kind: str = "", *, may_wait: bool = False
 ) -> list[ArapFollower]:
-    """Makes mesh objects go along with a mesh: clothes, hair, eyes.
+    """Makes meshes and curves go along with a mesh: clothes, hair, eyes.
 
     However the body is posed, each object gets a shape key of the same name and value. It is bound at rest, where it
     stands now relative to the body; call it again after either was moved to another place. If the body is posed, the
@@ -98,8 +99,11 @@ def _looks(body: bpy.types.Object, targets: list[bpy.types.Object], places: list
     size = surface_diagonal(mesh.rest_positions @ stretch.T, mesh.corner_vertices)
     kinds = []
     for target, place in zip(targets, places, strict=True):
-        seen = transformed(place, meshes.read_rest(target).astype(np.float64)) @ stretch.T
-        kinds.append("rigid" if looks_rigid(seen, *meshes.read_faces(target.data), size) else "bend")
+        is_rigid = False
+        if target.type == "MESH":  # the points of a curve do not tell how thick it is
+            seen = transformed(place, meshes.read_rest(target).astype(np.float64)) @ stretch.T
+            is_rigid = looks_rigid(seen, *meshes.read_faces(target.data), size)
+        kinds.append("rigid" if is_rigid else "bend")
     return kinds
 
 
@@ -128,7 +132,7 @@ def _add(body: bpy.types.Object, target: bpy.types.Object, place: Floats, kind: 
 
 def _release(target: bpy.types.Object) -> None:
     """Takes back what was made on the object, and forgets with whom it went."""
-    if target.type == "MESH":
+    if points.has_points(target):
         if target.data.is_editmode:
             raise ValueError(f"'{target.name}' is in Edit Mode: go back to Object Mode first")
         twins.keep_only(target, ())

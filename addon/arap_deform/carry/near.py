@@ -10,6 +10,7 @@ from ..core.arrays import Floats
 from ..core.loose.near import Cells
 from ..core.transforms import transformed
 from ..scene import handle_motion, meshes
+from ..scene.points import objects as points
 from .problems import owner_of
 
 NEAR = 0.05  # from a vertex of the mesh, as a fraction of the mesh's size
@@ -18,14 +19,14 @@ MOST_SAMPLES = 200  # vertices of an object that are looked at
 
 
 def find_near(body: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
-    """Visible meshes that are children of the body, or of which the larger part is near it, at rest.
+    """Visible meshes and thick curves that are children of the body, or of which the larger part is near it, at rest.
 
     Those that go along already, handles, and what is posed itself are left out.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    points = transformed(handle_motion.object_matrix(body, depsgraph), meshes.read_rest(body).astype(np.float64))
-    size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    cells = Cells(points, NEAR * size)
+    surface = transformed(handle_motion.object_matrix(body, depsgraph), meshes.read_rest(body).astype(np.float64))
+    size = float(np.linalg.norm(np.ptp(surface, axis=0)))
+    cells = Cells(surface, NEAR * size)
     moving = {handle.target for handle in body.arap.handles}
     return [
         other
@@ -37,11 +38,19 @@ def find_near(body: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> list[b
 
 
 def _may_go_along(body: bpy.types.Object, other: bpy.types.Object) -> bool:
-    if other.type != "MESH" or other == body or other.library is not None or not other.visible_get():
+    if not _has_faces(other) or other == body or other.library is not None or not other.visible_get():
         return False
     settings = other.arap
     is_own = owner_of(other) is None and not (settings.handles or settings.pins or settings.followers)
-    return is_own and len(other.data.vertices) > 0 and not other.data.is_editmode
+    return is_own and not other.data.is_editmode and points.count(other) > 0
+
+
+def _has_faces(other: bpy.types.Object) -> bool:
+    """Of a curve: what has none is a path or a control, and no thing that is seen."""
+    if other.type != "CURVE":
+        return points.has_points(other)
+    curve = other.data
+    return curve.bevel_depth > 0.0 or curve.extrude > 0.0 or curve.bevel_object is not None
 
 
 def _is_below(body: bpy.types.Object, other: bpy.types.Object) -> bool:
@@ -53,9 +62,9 @@ def _is_below(body: bpy.types.Object, other: bpy.types.Object) -> bool:
 
 def _sampled(other: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
     """(k, 3) vertices in the world, evenly by number, with the corners of the box last."""
-    points = meshes.read_rest(other).astype(np.float64)
-    chosen = points[:: -(-len(points) // MOST_SAMPLES)]
-    corners = np.stack([points.min(axis=0), points.max(axis=0)])
+    rest = meshes.read_rest(other).astype(np.float64)
+    chosen = rest[:: -(-len(rest) // MOST_SAMPLES)]
+    corners = np.stack([rest.min(axis=0), rest.max(axis=0)])
     return transformed(meshes.read_matrix(other, depsgraph), np.concatenate([chosen, corners]))
 
 

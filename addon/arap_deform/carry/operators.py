@@ -85,7 +85,7 @@ class ARAP_OT_carry_along(CarryOperator, bpy.types.Operator):
 class ARAP_OT_carry_near(CarryOperator, bpy.types.Operator):
     bl_idname = "arap.carry_near"
     bl_label = "Carry What Is Near"
-    bl_description = "Visible meshes that are children of this one, or lie on it or in it, go along with it"
+    bl_description = "Visible meshes and thick curves that are children of this mesh, or lie on it or in it, go along"
     why_not = staticmethod(why_no_body)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..scene import meshes, shape_keys
+from ..scene.points import objects as points
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
 
 # What the artist can do instead, by the type of the object.
 OTHER_TYPES = {
-    **dict.fromkeys(("CURVE", "SURFACE", "FONT", "META"), "convert it to a mesh first (Object > Convert)"),
+    **dict.fromkeys(("FONT", "META"), "convert it to a mesh first (Object > Convert)"),
     "CURVES": "hair curves follow the surface that they grow on by themselves (Deform Curves on Surface)",
 }
 
@@ -70,8 +71,8 @@ def check_new(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.t
     whose = f"'{target.name}' cannot go along with '{body.name}'"
     if target == body:
         raise ValueError(f"{whose}: it is the mesh itself")
-    if target.type != "MESH":
-        other = OTHER_TYPES.get(target.type, "it is not a mesh")
+    if not points.has_points(target):
+        other = OTHER_TYPES.get(target.type, "it is neither a mesh nor a curve")
         raise ValueError(f"{whose}: {other}")
     if not meshes.is_evaluated(target, depsgraph):
         raise ValueError(
@@ -89,12 +90,11 @@ def check_new(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.t
 
 
 def check(target: bpy.types.Object) -> None:
-    """Raises ValueError if the shape keys of a mesh object cannot be written now."""
+    """Raises ValueError if the shape keys of a mesh or curve cannot be written now."""
     if target.data.is_editmode or target.mode in {"EDIT", "SCULPT"}:
         mode = "Sculpt Mode" if target.mode == "SCULPT" else "Edit Mode"
         raise ValueError(f"'{target.name}' is in {mode}: it goes along again in Object Mode")
-    if not len(target.data.vertices):
-        raise ValueError(f"'{target.name}' has no vertices: there is nothing to go along")
+    points.check(target)
     shape_keys.check_writable(target)
 
 
@@ -104,7 +104,7 @@ def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
     if target is None or not is_in_scene(target):
         whose = f"'{target.name}'" if target is not None else "The object"
         return f"{whose} is in no scene: bring it back, or remove it from the list"
-    if target.type != "MESH" or target == body or _is_handle(body, target):
+    if not points.has_points(target) or target == body or _is_handle(body, target):
         return f"'{target.name}' cannot go along: remove it from the list"
     owner = target.arap.carried.body
     if owner != body:
@@ -126,12 +126,12 @@ def _is_handle(body: bpy.types.Object, target: bpy.types.Object) -> bool:
 
 
 def below(body: bpy.types.Object) -> list[bpy.types.Object]:
-    """The meshes in some scene that go along with the body, those that go along with these, and so on."""
+    """The meshes and curves in some scene that go along with the body, those that go along with these, and so on."""
     found = [body]
     for obj in found:  # which grows
         for follower in obj.arap.followers:
             target = follower.target
-            is_there = follower.is_enabled and target is not None and target.type == "MESH" and is_in_scene(target)
+            is_there = follower.is_enabled and target is not None and points.has_points(target) and is_in_scene(target)
             if is_there and target.arap.carried.body == obj and target not in found:
                 found.append(target)
     return found[1:]

@@ -12,14 +12,14 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core import native
-from ..core.arrays import Floats, Ints
-from ..core.carry.pieces import loose_pieces
+from ..core.arrays import Floats
 from ..core.carry.probe import Probe, probed
 from ..core.carry.wrap import Wrap, WrapInput
 from ..core.session_data import SessionMesh
 from ..props import preferences
 from ..props.bounds import bounded
-from ..scene import handle_motion, meshes, versions
+from ..scene import handle_motion, meshes
+from ..scene.points import objects as points
 from ..ui import waiting
 from .binding import Binding
 
@@ -55,7 +55,7 @@ def read_input(body: bpy.types.Object, follower: ArapFollower) -> WrapInput:
         mirrors=meshes.read_mirrors(body, depsgraph, stretch, mesh.rest_positions),
         points=meshes.read_rest(target),
         place=place,
-        pieces=_pieces_of(target) if bounded(follower, "kind") == "rigid" else None,
+        pieces=points.pieces(target) if bounded(follower, "kind") == "rigid" else None,
         # A stand-in is coarser than the meshes that it stands for: they have no distance from it, and no facets of it.
         keeps_distance=not body.arap.is_stand_in,
         threads=preferences.threads(),
@@ -86,10 +86,6 @@ def _read_body(body: bpy.types.Object) -> SessionMesh:
     return _read[body.name]
 
 
-def _pieces_of(target: bpy.types.Object) -> Ints:
-    return loose_pieces(len(target.data.vertices), versions.read_edges(target.data))
-
-
 def place_now(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
     """(4, 4) from the space of an object to that of the body. Raises ValueError if one has no inverse."""
     world = handle_motion.object_matrix(body, depsgraph)
@@ -97,8 +93,8 @@ def place_now(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.t
 
 
 def _probe(body: bpy.types.Object, follower: ArapFollower, place: Floats) -> Probe:
-    points, surface = (meshes.read_rest_at(obj, probed(len(obj.data.vertices))) for obj in (follower.target, body))
-    return Probe(points=points, surface=surface, place=place)
+    own, surface = (meshes.read_rest_at(obj, probed(points.count(obj))) for obj in (follower.target, body))
+    return Probe(points=own, surface=surface, place=place)
 
 
 def _take_applied_place(body: bpy.types.Object, follower: ArapFollower, wrap: Wrap) -> None:
@@ -121,7 +117,7 @@ def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True
     wrap = _bound.get(name)
     if wrap is None or (name in _suspect and not may_look):
         return None
-    fits = (wrap.n_points, wrap.n_vertices) == (len(follower.target.data.vertices), len(body.data.vertices))
+    fits = (wrap.n_points, wrap.n_vertices) == (points.count(follower.target), points.count(body))
     if fits and not wrap.probe.is_same(_probe(body, follower, place_of(follower))):
         _take_applied_place(body, follower, wrap)
         fits = False

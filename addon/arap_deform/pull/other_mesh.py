@@ -28,14 +28,13 @@ def mesh_at(context: bpy.types.Context, pixel: Pixels) -> bpy.types.Object | Non
     depsgraph = context.evaluated_depsgraph_get()
     is_hit, _, _, _, found, _ = context.scene.ray_cast(depsgraph, Vector(origin), Vector(direction))
     obj = found.original if is_hit else None
-    if obj is None or obj.type != "MESH":
+    if obj is None or (moving := moving_mesh(obj)).type != "MESH":
         return None
     # A stand-in is not seen, but its meshes are, at the same place.
     if not obj.arap.is_stand_in and (obj.hide_select or obj.display_type in SEEN_THROUGH):
         return None
     space = context.space_data
     view = space if isinstance(space, bpy.types.SpaceView3D) else None
-    moving = moving_mesh(obj)
     if moving.visible_get(viewport=view):
         return moving
     if moving != obj and obj.visible_get(viewport=view):

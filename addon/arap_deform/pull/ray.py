@@ -39,7 +39,8 @@ def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, 
         return own  # it is where its meshes are, and to look at these may take long
     found = own
     for follower in below(obj):
-        if follower.visible_get():
+        # Blender 4.5 and 5.2 crash if a ray is cast at a curve without faces.
+        if follower.type == "MESH" and follower.visible_get():
             hit = _cast(follower, depsgraph, origin, direction)
             if hit is not None and (found is None or (hit.place - found.place) @ direction < 0.0):
                 found = hit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mesh objects to arrays. Nothing in Blender is changed, except what is selected and hidden."""
+"""Mesh objects to arrays, and where curves are. Nothing in Blender is changed, except what is selected and hidden."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ..core.mirror import Mirror, used_mirrors
 from ..core.session_data import SessionMesh
 from ..core.transforms import stretch_of
 from . import versions
+from .points import objects as points
 
 
 def check_mesh(obj: bpy.types.Object) -> None:
@@ -27,12 +28,12 @@ def check_mesh(obj: bpy.types.Object) -> None:
 
 
 def check_local(obj: bpy.types.Object) -> None:
-    """Raises ValueError if Blender would not save what is written to the object or its mesh."""
-    mesh = obj.data
-    if obj.library is not None or mesh.library is not None:
-        whose = f"'{obj.name}'" if obj.library is not None else f"The mesh of '{obj.name}'"
+    """Raises ValueError if Blender would not save what is written to the object or its mesh or curve."""
+    data = obj.data
+    if obj.library is not None or data.library is not None:
+        whose = f"'{obj.name}'" if obj.library is not None else f"The {obj.type.lower()} of '{obj.name}'"
         raise ValueError(f"{whose} is linked from another file: make it local (Object > Relations > Make Local)")
-    if is_override(obj) or is_override(mesh):
+    if is_override(obj) or is_override(data):
         raise ValueError(
             f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
             "(Object > Relations > Make Local)"
@@ -45,17 +46,16 @@ def is_override(data: bpy.types.ID) -> bool:
 
 
 def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
-    """(n, 3) float32 rest positions, object space: the reference key, or the mesh if there are no keys."""
+    """(n, 3) float32 rest positions, object space: the reference key, or the mesh or curve if there are no keys."""
     keys = obj.data.shape_keys
     # mesh.vertices is not kept in step with the reference key.
-    return versions.read_key(keys.reference_key) if keys else versions.read_positions(obj.data)
+    return versions.read_key(keys.reference_key) if keys else points.read_positions(obj.data)
 
 
-def read_rest_at(obj: bpy.types.Object, vertices: Sequence[int]) -> NDArray[np.float32]:
-    """(k, 3) float32 rest positions of some vertices: quicker than read_rest(), if they are few."""
+def read_rest_at(obj: bpy.types.Object, rows: Sequence[int]) -> NDArray[np.float32]:
+    """(k, 3) float32 some rows of read_rest(), quicker."""
     keys = obj.data.shape_keys
-    points = keys.reference_key.data if keys else obj.data.vertices
-    return np.array([points[vertex].co for vertex in vertices], dtype=np.float32).reshape(-1, 3)
+    return versions.read_key_at(keys.reference_key, rows) if keys else points.read_positions_at(obj.data, rows)
 
 
 def read_mesh(obj: bpy.types.Object) -> SessionMesh:

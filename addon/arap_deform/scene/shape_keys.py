@@ -13,21 +13,22 @@ from ..core import naming
 from ..core.arrays import Float32s
 from ..props import hooks
 from . import fcurves, meshes, versions
+from .points import objects as points
 
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
 
 
 def check_writable(obj: bpy.types.Object) -> None:
-    """Raises ValueError if shape keys of this mesh must not be written, and says what to do."""
-    mesh = obj.data
+    """Raises ValueError if shape keys of this mesh or curve must not be written, and says what to do."""
+    data = obj.data
     meshes.check_local(obj)
     # Users are not only objects (a fake user, a pointer of another add-on), so look if there are several.
-    if mesh.users > 1 and sum(other.data == mesh for other in bpy.data.objects) > 1:
+    if data.users > 1 and sum(other.data == data for other in bpy.data.objects) > 1:
         raise ValueError(
-            f"The mesh of '{obj.name}' is shared with other objects, which would deform too: make it single-user "
-            "(Object > Relations > Make Single User > Object & Data)"
+            f"The {obj.type.lower()} of '{obj.name}' is shared with other objects, which would deform too: make it "
+            "single-user (Object > Relations > Make Single User > Object & Data)"
         )
-    if mesh.shape_keys is not None and not mesh.shape_keys.use_relative:
+    if data.shape_keys is not None and not data.shape_keys.use_relative:
         raise ValueError(f"The shape keys of '{obj.name}' are absolute: turn on Relative in the shape keys panel")
 
 
@@ -245,7 +246,7 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
             versions.write_key(key, versions.read_key(key) + (shift_of_pose if is_on_pose else shift))
     versions.write_key(pose, shape)
     versions.write_key(keys.reference_key, shape)
-    versions.write_positions(obj.data, shape)
+    points.write_positions(obj.data, shape)
     obj.data.update_tag()
     tell_changed(obj)
 

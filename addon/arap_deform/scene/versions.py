@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s
+from .points.curves import fields_of
 
 # Below this many vertices for each tree a plain pass over the vertices' groups is faster than the node trees.
 NODES_PAY_FROM = 10_000
@@ -23,21 +24,42 @@ MOST_IN_TREE = 16  # groups: to set up a tree takes time quadratic in its nodes
 
 
 def read_key(key: bpy.types.ShapeKey) -> Float32s:
-    """(n, 3) float32 coordinates of a shape key."""
+    """(n, 3) float32 coordinates of a shape key. Of a curve see points/curves."""
     points = _key_points(key)
-    result = np.empty((len(points), 3), dtype=np.float32)
-    points.foreach_get("co", result.ravel())
-    return result
+    fields = fields_of(points)
+    result = np.empty((len(fields), len(points), 3), dtype=np.float32)
+    for values, field in zip(result, fields, strict=True):
+        points.foreach_get(field, values.ravel())
+    return result.reshape(-1, 3)
+
+
+def read_key_at(key: bpy.types.ShapeKey, rows: Sequence[int]) -> Float32s:
+    """(k, 3) float32 coordinates of some points: quicker than read_key(), if they are few."""
+    points = key.data
+    fields, n = fields_of(points), len(points)
+    chosen = [getattr(points[row % n], fields[row // n]) for row in rows]
+    return np.array(chosen, dtype=np.float32).reshape(-1, 3)
+
+
+def key_size(key: bpy.types.ShapeKey) -> int:
+    """How many rows read_key() has."""
+    points = _key_points(key)
+    return len(points) * len(fields_of(points))
 
 
 def write_key(key: bpy.types.ShapeKey, positions: Float32s) -> None:
-    """Writes (n, 3) contiguous float32 coordinates; the caller tags the mesh."""
-    _key_points(key).foreach_set("co", positions.ravel())
+    """Writes (n, 3) contiguous float32 coordinates; the caller tags the mesh or curve."""
+    points = _key_points(key)
+    fields = fields_of(points)
+    for values, field in zip(positions.reshape(len(fields), -1), fields, strict=True):
+        points.foreach_set(field, values)
 
 
 def _key_points(key: bpy.types.ShapeKey) -> Any:
-    # 4.1: key.points is an array; key.data goes through one wrapper for each point, 200 times slower.
-    return key.points if hasattr(key, "points") else key.data
+    # 4.1: key.points is an array, empty if the key is of a curve. key.data goes through one wrapper for each point,
+    # 200 times slower.
+    points = getattr(key, "points", ())
+    return points if len(points) else key.data
 
 
 def read_positions(mesh: bpy.types.Mesh) -> Float32s:

@@ -18,6 +18,7 @@ from ..core.together.bridges import connected
 from ..core.together.fewer import simplified
 from ..core.together.shape import Shape, centre_of, joined
 from ..scene import groups, meshes, versions
+from ..scene.points import objects as points
 from ..setup.handles import remove_handle
 from ..setup.made_objects import collection_for_made
 from ..setup.pins import add_pin_group
@@ -155,7 +156,7 @@ def remove_stand_in(stand_in: bpy.types.Object) -> None:
         raise ValueError(f"'{stand_in.name}' is no stand-in: choose one that Pose Together has made")
     meshes.check_local(stand_in)
     for follower in stand_in.arap.followers:
-        if follower.target is not None and follower.target.type == "MESH" and follower.target.data.is_editmode:
+        if follower.target is not None and points.has_points(follower.target) and follower.target.data.is_editmode:
             raise ValueError(f"'{follower.target.name}' is in Edit Mode: go back to Object Mode first")
     body = owner_of(stand_in)
     if body is not None:

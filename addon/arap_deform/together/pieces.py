@@ -13,6 +13,7 @@ from ..core.arrays import Floats, check_places
 from ..core.together.shape import Shape, triangles_of
 from ..core.transforms import transformed
 from ..scene import handle_motion, meshes
+from ..scene.points import objects as points
 
 VERTICES = 200_000
 """Of a stand-in, if nothing else is said."""
@@ -50,6 +51,10 @@ def check(pieces: Sequence[bpy.types.Object], vertices: int) -> None:
     body = bpy.data.objects.new(NAME, None)  # has the name that the stand-in will have
     try:
         for piece in pieces:
+            if points.has_points(piece) and piece.type != "MESH":
+                raise ValueError(
+                    f"'{piece.name}' is no mesh: leave it out, and let it go along with the stand-in (Carry Along)"
+                )
             problems.check_new(body, piece, depsgraph)
     finally:
         bpy.data.objects.remove(body)

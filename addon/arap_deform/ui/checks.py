@@ -30,8 +30,8 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The mesh that panels and operators work on, None if there is none.
 
     The first of: the active mesh, unless it is only a cage, or a handle of a mesh that is being posed; the mesh that
-    the active object moves, so the panel stays when a cage, an empty or an armature is picked; the only mesh that is
-    being posed; the only selected mesh.
+    the active object moves, so the panel stays when a cage, an empty or an armature is picked, or that it goes along
+    with, if it is a curve; the only mesh that is being posed; the only selected mesh.
     """
     obj = _find(context)
     if obj is not None:
@@ -54,8 +54,8 @@ def _find(context: bpy.types.Context) -> bpy.types.Object | None:
         for obj in (*posed, active.parent):
             if obj is not None and remembered.is_moved_by(obj, active):
                 return obj
-        owner = remembered.owner_of(context.view_layer, active)
-        if owner is not None:
+        owner = remembered.owner_of(context.view_layer, active) or active.arap.carried.body
+        if owner is not None and context.view_layer.objects.get(owner.name) == owner:
             return owner
     if len(posed) == 1:
         return posed[0]

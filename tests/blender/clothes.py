@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What goes along with the tube: a sleeve and an eye."""
+
+import bmesh
+import numpy as np
+from looks import in_world, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import SEGMENTS, Matrix, tube_arrays
+
+SLEEVE_RINGS = slice(4, 14)
+EYE_PLACE = (0.5, 0.0, 3.4)
+
+
+def new_object(name, mesh, matrix=None):
+    obj = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(obj)
+    obj.matrix_world = matrix or Matrix()
+    bpy.context.view_layer.update()
+    return obj
+
+
+def sleeve(matrix=None, name="Sleeve"):
+    """An open tube a little around the other one."""
+    positions, faces = tube_arrays()
+    first, last = SLEEVE_RINGS.start * SEGMENTS, SLEEVE_RINGS.stop * SEGMENTS
+    kept = [[v - first for v in face] for face in faces[:-2] if min(face) >= first and max(face) < last]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata((positions[first:last] * (1.1, 1.1, 1.0)).tolist(), [], kept)
+    return new_object(name, mesh, matrix)
+
+
+def eye(matrix=None, radius=0.1):
+    mesh = bpy.data.meshes.new("Eye")
+    ball = bmesh.new()
+    bmesh.ops.create_icosphere(ball, subdivisions=2, radius=radius)
+    ball.to_mesh(mesh)
+    ball.free()
+    return new_object("Eye", mesh, (matrix or Matrix()) @ Matrix.Translation(EYE_PLACE))
+
+
+class CarryTest(SceneTest):
+    def carried(self, body, target):
+        """(n, 3) where the library takes the follower for what the body shows."""
+        wrap = module("carry.wraps").get(body, module("carry.problems").entry_of(body, target))
+        return wrap.carried(np.ascontiguousarray(shown_positions(body), np.float32)).copy()
+
+    def assert_goes_along(self, body, target):
+        shown = shown_positions(target)
+        self.assertGreater(np.abs(in_world(target, shown) - in_world(target, rest_positions(target))).max(), 0.1)
+        self.assert_close(shown, self.carried(body, target), 2e-5)
+
+    def assert_at_rest(self, target):
+        self.assert_close(shown_positions(target), rest_positions(target), 1e-6)
+
+    def problem(self, body, index=0):
+        return module("carry.keep_up").problem_of(body, body.arap.followers[index])
