@@ -199,3 +199,31 @@ def test_clothes_pull_the_body(ui: Ui) -> Steps:
     yield from pull(ui, (0.0, -0.45, 2.0), (0.4, -0.45, 2.0))
     assert head.arap.pull_pins, "switched off, it is pulled itself"
     assert arm.data.shape_keys is None
+
+
+def test_what_is_behind_a_curve_is_pulled(ui: Ui) -> Steps:
+    """Also while the curve is active, and a click on it takes what it goes along with."""
+    torso, _, hand, _ = add_figure()
+    data = bpy.data.curves.new("Strap", "CURVE")
+    data.dimensions, data.bevel_depth = "3D", 0.08
+    points = data.splines.new("POLY").points
+    points.add(4)
+    for point, height in zip(points, (-1.0, -0.5, 0.0, 0.5, 1.0), strict=True):
+        point.co = (0.0, -0.7, height, 1.0)
+    strap = bpy.data.objects.new("Strap", data)
+    bpy.context.scene.collection.objects.link(strap)
+    yield from look_from_front(ui)
+    ui.api.carry_along(torso, [strap])
+    ui.select(hand)
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="scene")
+    yield from click(ui, (0.0, -0.78, 0.2))
+    assert bpy.context.object == torso
+    ui.select(strap)
+    yield from pull(ui, (0.0, -0.78, 0.2), (0.6, -0.78, 0.2))
+    yield from ui.until(lambda: shift("Torso") > 0.1, "the body is pulled")
+    keys = strap.data.shape_keys.key_blocks
+    assert keys.keys() == ["Basis", "ARAP"]
+    moved = [a.co.x - b.co.x for a, b in zip(keys["ARAP"].data, keys["Basis"].data, strict=True)]
+    assert max(moved) > 0.1
+    yield from ui.screenshot("5_curve")
