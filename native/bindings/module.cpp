@@ -90,7 +90,7 @@ PYBIND11_MODULE(_native, m) {
                            "LatticeArap",     "LatticeOptions",      "LatticeTets",     "Model",
                            "Options",         "PoissonEditing",      "PoissonOptions",  "SolveOptions",
                            "SolveResult",     "SurfaceArap",         "TetArap",         "TetOptions",
-                           "WrapDeformation", "WrapOptions"})
+                           "WrapDeformation", "WrapOptions",         "WrapSurface"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "wrap_deformation.h"
 
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -18,27 +19,26 @@ namespace arap_native {
 namespace {
 
 using Native = arap::WrapDeformation;
+using Surface = arap::WrapSurface;
 using Object = const py::object&;
 
-/// What points are bound to; copied from arrays.
-struct WrapInput {
+/// What is bound to a surface; copied from arrays.
+struct PointsInput {
   arap::Positions points;
-  MeshArrays surface;
   arap::WrapOptions options;
   std::vector<int> pieces;
 
-  WrapInput(Object given_points, Object rest_positions, Object faces, Object face_sizes, const arap::WrapOptions* given,
-            Object piece_of_point)
-      : points(positions_from(given_points, "points", "n", "one row per point")),
-        surface(mesh_from(rest_positions, faces, face_sizes)) {
+  PointsInput(Object given_points, const arap::WrapOptions* given, Object piece_of_point)
+      : points(positions_from(given_points, "points", "n", "one row per point")) {
     if (given != nullptr) options = *given;
     if (!piece_of_point.is_none())
       pieces = vector_from<int>(piece_of_point, "piece_of_point", points.rows(), "one number per point");
   }
 
-  /// Once: takes the arrays. Needs no GIL.
-  [[nodiscard]] std::shared_ptr<const Native> bind(const arap::Progress& progress) {
-    return std::make_shared<const Native>(mesh_of(std::move(surface)), points, options, pieces, progress);
+  /// Needs no GIL.
+  template <class AnySurface>
+  [[nodiscard]] std::shared_ptr<const Native> bind(const AnySurface& surface, const arap::Progress& progress) const {
+    return std::make_shared<const Native>(surface, points, options, pieces, progress);
   }
 };
 
@@ -93,18 +93,98 @@ class BoundWrap {
   std::shared_ptr<const Native> native_;
 };
 
+/// For Python, as BoundWrap.
+class PreparedSurface {
+ public:
+  static std::unique_ptr<PreparedSurface> of(std::shared_ptr<const Surface> native) {
+    return std::unique_ptr<PreparedSurface>(::new PreparedSurface(std::move(native)));  // NOLINT(modernize-make-unique)
+  }
+
+  /// A bind holds it, whatever becomes of this object.
+  [[nodiscard]] const std::shared_ptr<const Surface>& native() const { return native_; }
+
+  [[nodiscard]] std::string repr() const { return py::str("<WrapSurface: {} vertices>").format(native_->n_vertices()); }
+
+  /// As that of BoundModel.
+  static void* operator new(size_t) {
+    throw py::type_error("this WrapSurface has no vertices, because only __new__ was called: call its class");
+  }
+  static void operator delete(void* prepared) { ::operator delete(prepared); }
+
+ private:
+  explicit PreparedSurface(std::shared_ptr<const Surface> native) : native_(std::move(native)) {}
+
+  std::shared_ptr<const Surface> native_;
+};
+
+void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
+  const py::object none = py::none();
+  using Options = arap::WrapOptions;
+  py::class_<PreparedSurface>(m, "WrapSurface", docstrings::WrapSurface)
+      .def(py::init([](Object rest_positions, Object faces, Object face_sizes, int threads, py::object progress) {
+             MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
+             ProgressCall call(std::move(progress));
+             const WithoutGil no_gil;
+             return PreparedSurface::of(
+                 std::make_shared<const Surface>(mesh_of(std::move(mesh)), threads, call.function()));
+           }),
+           docstrings::WrapSurface_init, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = none,
+           py::kw_only(), py::arg("threads") = 0, py::arg("progress") = none)
+      .def_static(
+          "begin_prepare",
+          [jobs](Object rest_positions, Object faces, Object face_sizes, int threads) {
+            return begin_job(
+                *jobs,
+                [mesh = mesh_from(rest_positions, faces, face_sizes), threads](const arap::Progress& progress) mutable {
+                  return std::make_shared<const Surface>(mesh_of(std::move(mesh)), threads, progress);
+                },
+                [](std::shared_ptr<const Surface> native) { return py::cast(PreparedSurface::of(std::move(native))); });
+          },
+          docstrings::WrapSurface_begin_prepare, py::arg("rest_positions"), py::arg("faces"),
+          py::arg("face_sizes") = none, py::kw_only(), py::arg("threads") = 0)
+      .def(
+          "bind",
+          [](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point,
+             py::object progress) {
+            const PointsInput input(points, options, piece_of_point);
+            const std::shared_ptr<const Surface> native = surface.native();
+            ProgressCall call(std::move(progress));
+            const WithoutGil no_gil;
+            return BoundWrap::of(input.bind(*native, call.function()));
+          },
+          docstrings::WrapSurface_bind, py::arg("points"), py::arg("options") = none, py::kw_only(),
+          py::arg("piece_of_point") = none, py::arg("progress") = none)
+      .def(
+          "begin_bind",
+          [jobs](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point) {
+            return begin_job(
+                *jobs,
+                [native = surface.native(), input = PointsInput(points, options, piece_of_point)](
+                    const arap::Progress& progress) { return input.bind(*native, progress); },
+                [](std::shared_ptr<const Native> native) { return py::cast(BoundWrap::of(std::move(native))); });
+          },
+          docstrings::WrapSurface_begin_bind, py::arg("points"), py::arg("options") = none, py::kw_only(),
+          py::arg("piece_of_point") = none)
+      .def_property_readonly(
+          "n_vertices", [](const PreparedSurface& surface) { return surface.native()->n_vertices(); },
+          docstrings::WrapSurface_n_vertices)
+      .def("__repr__", &PreparedSurface::repr);
+}
+
 }  // namespace
 
 void bind_wrap_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
+  bind_wrap_surface(m, jobs);
   const py::object none = py::none();
   using Options = arap::WrapOptions;
   py::class_<BoundWrap>(m, "WrapDeformation", docstrings::WrapDeformation)
       .def(py::init([](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
                        Object piece_of_point, py::object progress) {
-             WrapInput input(points, rest_positions, faces, face_sizes, options, piece_of_point);
+             const PointsInput input(points, options, piece_of_point);
+             MeshArrays surface = mesh_from(rest_positions, faces, face_sizes);
              ProgressCall call(std::move(progress));
              const WithoutGil no_gil;
-             return BoundWrap::of(input.bind(call.function()));
+             return BoundWrap::of(input.bind(mesh_of(std::move(surface)), call.function()));
            }),
            docstrings::WrapDeformation_init, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
            py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("piece_of_point") = none,
@@ -115,8 +195,10 @@ void bind_wrap_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
                  Object piece_of_point) {
             return begin_job(
                 *jobs,
-                [input = WrapInput(points, rest_positions, faces, face_sizes, options, piece_of_point)](
-                    const arap::Progress& progress) mutable { return input.bind(progress); },
+                [input = PointsInput(points, options, piece_of_point),
+                 surface = mesh_from(rest_positions, faces, face_sizes)](const arap::Progress& progress) mutable {
+                  return input.bind(mesh_of(std::move(surface)), progress);
+                },
                 [](std::shared_ptr<const Native> native) { return py::cast(BoundWrap::of(std::move(native))); });
           },
           docstrings::WrapDeformation_begin_bind, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),

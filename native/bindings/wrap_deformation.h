@@ -11,7 +11,7 @@ namespace arap_native {
 
 namespace py = pybind11;
 
-/// Adds WrapDeformation to the module.
+/// Adds WrapSurface and WrapDeformation to the module.
 void bind_wrap_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 
 }  // namespace arap_native

@@ -891,6 +891,65 @@ class CageDeformation:
     def threads(self) -> int:
         """Threads in use."""
 
+class WrapSurface:
+    """A surface at rest, ready for binds of points: what they need of it, whatever the points are.
+
+    That is nearly all of the work where the surface is large and the points are few, so many binds to one surface share
+    it. It takes a few hundred bytes a vertex, and what is bound does not need it. Calls may run in several threads at
+    once.
+    """
+
+    def __init__(
+        self,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
+        *,
+        threads: int = 0,
+        progress: Progress | None = None,
+    ) -> None:
+        """Prepares a surface, which may be any, see WrapDeformation.
+
+        Args:
+            rest_positions, faces, face_sizes: the surface at rest, arrays as for SurfaceArap.
+            threads: 0: as many as pay for so many vertices.
+            progress: may stop the work by returning False.
+
+        Raises:
+            ValueError: bad arrays or ``threads``.
+            Cancelled: ``progress`` returned False.
+            MemoryError: there is less memory than that needs.
+        """
+
+    @staticmethod
+    def begin_prepare(
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
+        *,
+        threads: int = 0,
+    ) -> Job[WrapSurface]:
+        """Begins to prepare a surface: the constructor as a job."""
+
+    def bind(
+        self,
+        points: ArrayLike,
+        options: WrapOptions | None = None,
+        *,
+        piece_of_point: ArrayLike | None = None,
+        progress: Progress | None = None,
+    ) -> WrapDeformation:
+        """Binds points to the surface: what WrapDeformation() does, arguments and errors as there."""
+
+    def begin_bind(
+        self, points: ArrayLike, options: WrapOptions | None = None, *, piece_of_point: ArrayLike | None = None
+    ) -> Job[WrapDeformation]:
+        """Begins to bind points: bind() as a job, which keeps the surface as long as it needs it."""
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices of the surface."""
+
 class WrapDeformation:
     """Points that a deforming surface carries along: clothes, hair cards, eyes. Construction binds them.
 
@@ -910,7 +969,7 @@ class WrapDeformation:
         piece_of_point: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> None:
-        """Binds points to a surface.
+        """Binds points to a surface that nothing else is bound to, see also WrapSurface.
 
         Args:
             points: (n, 3) numbers at rest, at least one; on the surface, inside or outside of it.

@@ -26,6 +26,31 @@ struct WrapOptions {
   void validate() const;
 };
 
+/// A surface at rest, ready for binds: what they need of it, whatever the points are. That is nearly all of the work
+/// where the surface is large and the points are few, so many binds to one surface share it. Bound points do not need
+/// it. It takes a few hundred bytes a vertex.
+///
+/// Never changes: several threads may bind to it at once.
+class WrapSurface {
+ public:
+  /// @param surface  at rest, in any state
+  /// @param threads  0 = as many as pay for so many vertices
+  /// Throws InvalidInput; Cancelled when `progress` returns false; NotEnoughMemory.
+  explicit WrapSurface(const PolygonMesh& surface, int threads = 0, const Progress& progress = {});
+  ~WrapSurface();
+  WrapSurface(WrapSurface&&) noexcept;
+  WrapSurface& operator=(WrapSurface&&) noexcept;
+  WrapSurface(const WrapSurface&) = delete;
+  WrapSurface& operator=(const WrapSurface&) = delete;
+
+  [[nodiscard]] int n_vertices() const;
+
+ private:
+  friend class WrapDeformation;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 /// Points that a deforming surface carries along, inside or outside of it: clothes, hair cards, eyes. A wrap deformer.
 ///
 ///     x' = sum_j a_j (p'_j + B_j (x - p_j)),     a_j ~ ((R - d_j) / (R d_j))^2
@@ -48,11 +73,14 @@ struct WrapOptions {
 /// Different objects may run in different threads, and so may const functions of one.
 class WrapDeformation {
  public:
-  /// @param surface         at rest, in any state
+  /// @param surface         at rest
   /// @param points          (n, 3) at rest, finite, at least one
   /// @param piece_of_point  (n,) or empty: points of the same number >= 0 move as one rigid body, the best fit to what
   ///                        they would do without; -1: the point bends with the surface
   /// Throws InvalidInput for bad options or arrays; Cancelled when `progress` returns false; NotEnoughMemory.
+  WrapDeformation(const WrapSurface& surface, const Positions& points, const WrapOptions& options = {},
+                  const std::vector<int>& piece_of_point = {}, const Progress& progress = {});
+  /// The same, to a surface that nothing else is bound to.
   WrapDeformation(const PolygonMesh& surface, const Positions& points, const WrapOptions& options = {},
                   const std::vector<int>& piece_of_point = {}, const Progress& progress = {});
   ~WrapDeformation();

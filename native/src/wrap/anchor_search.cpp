@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/point_tree.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -128,14 +127,13 @@ class Search {
 
 }  // namespace
 
-std::vector<AnchorLists> find_anchors(const SurfaceLevels& levels, const Positions& points, int n_anchors, int threads,
-                                      const MeterPart& meter) {
-  const PointTree nearest(levels.level(0).places);
+std::vector<AnchorLists> find_anchors(const SurfaceLevels& levels, const PointTree& tree, const Positions& points,
+                                      int n_anchors, int threads, const MeterPart& meter) {
   const auto n = static_cast<int>(points.rows());
   const Shares shares(threads, n);
   std::vector<AnchorLists> lists(shares.count());
   shares.for_each([&](int share, int begin, int end) {
-    Search search(levels, nearest, n_anchors);
+    Search search(levels, tree, n_anchors);
     for (int p = begin; p < end; ++p) {
       search.add_anchors(p, points.row(p), lists[share]);
       constexpr int kTold = 512;

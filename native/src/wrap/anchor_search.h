@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "geometry/point_tree.h"
 #include "parallel/meter.h"
 #include "wrap/surface_levels.h"
 
@@ -25,10 +26,12 @@ struct AnchorLists {
 
 /// The anchors of each point, and their weights, of sum 1. The nodes are about as far apart as the point is from the
 /// surface; a point between two levels has anchors of both.
-/// @param points    (n, 3) in the space of the levels
+/// @param tree       of the nodes of the first level
+/// @param points     (n, 3) in the space of the levels
 /// @param n_anchors  of each level
 /// @return  lists that follow each other
-[[nodiscard]] std::vector<AnchorLists> find_anchors(const SurfaceLevels& levels, const Positions& points, int n_anchors,
-                                                    int threads, const MeterPart& meter);
+[[nodiscard]] std::vector<AnchorLists> find_anchors(const SurfaceLevels& levels, const PointTree& tree,
+                                                    const Positions& points, int n_anchors, int threads,
+                                                    const MeterPart& meter);
 
 }  // namespace arap

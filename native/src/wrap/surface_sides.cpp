@@ -4,35 +4,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "base/grouped.h"
-#include "geometry/nearest_in_triangle.h"
-#include "mesh/surface_measures.h"
-#include "mesh/triangulation.h"
 #include "parallel/parallel.h"
 
 namespace arap {
 
 namespace {
 
-using Corners = std::array<int, 3>;
-
 /// Beyond so many of the triangle's longest edges a point does not keep its distance; from half of it on less and less.
 constexpr double kFarthest = 4;
 /// A point beside the triangle, as beyond the rim of an open surface, is on no side of it: the least distance from the
 /// plane, of that from the triangle.
 constexpr double kLeastAbove = .5;
-
-double longest_edge(const Vector3& ab, const Vector3& ac) { return std::max({ab.norm(), ac.norm(), (ac - ab).norm()}); }
-
-/// The fans from the first corners.
-std::vector<Corners> fans(const PolygonMesh& surface) {
-  std::vector<Corners> triangles;
-  for (int f = 0; f < surface.n_faces(); ++f)
-    for_each_in_fan(surface.face(f), [&](int i, int j, int k) { triangles.push_back({i, j, k}); });
-  return triangles;
-}
 
 /// The heights of a triangle that tells how it is stretched, at least, of its longest edge.
 constexpr double kLeastHeight = .01;
@@ -96,81 +79,11 @@ double most_common(const std::vector<double>& logarithms) {
   return sum / weights;
 }
 
-class Triangles {
- public:
-  Triangles(const PolygonMesh& surface, const SurfaceLevels& levels, const Positions& places)
-      : places_(places),
-        level_(levels.level(0)),
-        corners_(fans(surface)),
-        at_node_(level_.n_nodes(), [&](const auto& add) {
-          for (size_t t = 0; t < corners_.size(); ++t)
-            for (const int v : corners_[t]) add(levels.node_of_vertex()[v], static_cast<int>(t));
-        }) {}
-
-  struct Nearest {
-    double squared = std::numeric_limits<double>::infinity();  ///< distance
-    double above = 0;                                          ///< distance from its plane, < 0 behind it
-    int triangle = -1;
-  };
-
-  /// The first corner, and the edges from there.
-  struct Places {
-    Vector3 a;
-    Vector3 ab;
-    Vector3 ac;
-  };
-
-  [[nodiscard]] const Corners& corners(int triangle) const { return corners_[triangle]; }
-  [[nodiscard]] Places at(int triangle) const {
-    const Corners& its = corners_[triangle];
-    const Vector3 a = place(its[0]);
-    return {a, place(its[1]) - a, place(its[2]) - a};
-  }
-
-  /// Of those at a node and at its neighbours.
-  [[nodiscard]] Nearest nearest(int node, const Vector3& place) const {
-    Nearest nearest;
-    look_at(node, place, nearest);
-    for (const int other : level_.around(node)) look_at(other, place, nearest);
-    return nearest;
-  }
-
- private:
-  [[nodiscard]] Vector3 place(int vertex) const { return places_.row(vertex).transpose(); }
-
-  /// Replaces `nearest` by a triangle at the node that is nearer to `place`, and is not degenerate. Of those that share
-  /// the nearest edge or corner it is the one that faces the place, and of those in one plane the first.
-  void look_at(int node, const Vector3& place, Nearest& nearest) const {
-    for (const int t : at_node_.of(node)) {
-      const auto [a, ab, ac] = at(t);
-      const Vector3 area = ab.cross(ac);
-      if (!(area.norm() > kDegenerateHeight * std::pow(longest_edge(ab, ac), 2))) continue;
-      const double squared = (place - nearest_in_triangle(place, a, a + ab, a + ac)).squaredNorm();
-      const double above = area.dot(place - a) / area.norm();
-      constexpr double kSame = 1e-6;  // not rounding decides
-      if (std::abs(squared - nearest.squared) > kSame * squared) {
-        if (squared < nearest.squared) nearest = {squared, above, t};
-        continue;
-      }
-      const double facing = std::abs(above) - std::abs(nearest.above);
-      if (std::abs(facing) > kSame * std::sqrt(squared) ? facing > 0 : t < nearest.triangle)
-        nearest = {squared, above, t};
-    }
-  }
-
-  const Positions& places_;
-  const SurfaceLevel& level_;
-  std::vector<Corners> corners_;
-  Grouped at_node_;
-};
-
 }  // namespace
 
-SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& levels, const Positions& places,
-                           const Positions& points, const std::vector<int>& nearest_node, int threads,
-                           UsedVertices& used) {
-  if (surface.n_faces() == 0) return;
-  const Triangles triangles(surface, levels, places);
+SurfaceSides::SurfaceSides(const SurfaceTriangles& triangles, const Positions& points,
+                           const std::vector<int>& nearest_node, int threads, UsedVertices& used) {
+  if (triangles.is_empty()) return;
   const auto n = static_cast<int>(points.rows());
   const size_t n_blocks = (static_cast<size_t>(n) + kWrapBlock - 1) / kWrapBlock;
   numbers_.resize(n_blocks * kSideNumbers * kWrapBlock);
@@ -179,7 +92,7 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
   parallel_for(threads, n, [&](int begin, int end) {
     for (int p = begin; p < end; ++p) {
       const Vector3 place = points.row(p).transpose();
-      const Triangles::Nearest nearest = triangles.nearest(nearest_node[p], place);
+      const SurfaceTriangles::Nearest nearest = triangles.nearest(nearest_node[p], place);
       const double away = std::sqrt(nearest.squared);
       Side its;
       if (nearest.triangle >= 0 && std::abs(nearest.above) >= kLeastAbove * away) {
@@ -201,7 +114,7 @@ SurfaceSides::SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& leve
   const size_t step = near.size() / kMostSamples + 1;
   for (size_t k = 0; k < near.size(); k += step) {
     const int triangle = triangle_of_point[near[k]];
-    Corners corners = triangles.corners(triangle);
+    std::array<int, 3> corners = triangles.corners(triangle);
     for (int& corner : corners) corner = used.number_of(corner);
     const auto [a, ab, ac] = triangles.at(triangle);
     samples_.push_back({corners, ab, ac});

@@ -4,11 +4,10 @@
 #include <array>
 #include <vector>
 
-#include "arap/mesh.h"
 #include "arap/types.h"
 #include "base/aligned_buffer.h"
 #include "kernels/wrap_kernels.h"
-#include "wrap/surface_levels.h"
+#include "wrap/surface_triangles.h"
 #include "wrap/used_vertices.h"
 
 namespace arap {
@@ -21,10 +20,10 @@ namespace arap {
 class SurfaceSides {
  public:
   SurfaceSides() = default;
-  /// @param places   (n_vertices, 3) of the surface, in the space of the points
+  /// @param points   (n, 3) in the space of the triangles
   /// @param nearest  of each point the nearest node of the first level
-  SurfaceSides(const PolygonMesh& surface, const SurfaceLevels& levels, const Positions& places,
-               const Positions& points, const std::vector<int>& nearest, int threads, UsedVertices& used);
+  SurfaceSides(const SurfaceTriangles& triangles, const Positions& points, const std::vector<int>& nearest, int threads,
+               UsedVertices& used);
 
   /// How many times as long as at rest the lengths along the triangles are, by most of them that agree: a body that
   /// only bends is as large as before, whatever similarity fits it best.

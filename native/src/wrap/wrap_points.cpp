@@ -7,7 +7,6 @@
 #include "base/available_memory.h"
 #include "base/offsets.h"
 #include "geometry/rotation.h"
-#include "mesh/surface_measures.h"
 
 namespace arap {
 
@@ -15,12 +14,12 @@ namespace {
 
 using Row = Eigen::RowVector3d;
 
-void require_memory_for(const PolygonMesh& surface, const Positions& points, int n_anchors) {
-  constexpr double kBytesPerVertex = 1000;
+void require_memory_for(const SurfaceAtRest& surface, const Positions& points, int n_anchors) {
+  constexpr double kBytesPerVertex = 30;  // which nodes and vertices are taken
   constexpr double kBytesPerAnchor = 60;  // of two levels, and while they are sorted
   require_memory(
       kBytesPerVertex * surface.n_vertices() + static_cast<double>(points.rows()) * (150 + kBytesPerAnchor * n_anchors),
-      "this surface with so many points");
+      "so many points");
 }
 
 /// Vertices that tell the similarity: it need not be the very best.
@@ -34,42 +33,39 @@ Vector3 mean_of(const Positions& places) { return places.colwise().mean().transp
 
 }  // namespace
 
-WrapPoints::WrapPoints(const PolygonMesh& surface, const Positions& points, int n_anchors, bool stay_outside,
+WrapPoints::WrapPoints(const SurfaceAtRest& surface, const Positions& points, int n_anchors, bool stay_outside,
                        const std::vector<int>& piece_of_point, int requested_threads, const MeterPart& meter)
     : n_surface_vertices_(surface.n_vertices()),
       workers_(choose_threads(requested_threads, static_cast<int>(points.rows()))),
-      center_(surface_box(surface).center().transpose()),
-      size_(surface_box(surface).diagonal().norm()) {
+      size_(surface.size()) {
   require_memory_for(surface, points, n_anchors);
-  if (!(size_ > 0)) size_ = 1;
-  const auto in_frame = [&](const Positions& places) { return Positions((places.rowwise() - center_) / size_); };
-  rest_ = in_frame(points);
+  rest_ = surface.in_frame(points);
   const Positions within = rest_.cwiseMax(-kFarthest).cwiseMin(kFarthest);
   single_rest_.reserve(4 * static_cast<size_t>(rest_.rows()));
   for (Eigen::Index p = 0; p < rest_.rows(); ++p) {
     for (int i = 0; i < 3; ++i) single_rest_.push_back(static_cast<float>(within(p, i)));
     single_rest_.push_back(1);
   }
-  const Positions places = in_frame(surface.positions());
   const int threads = workers_.threads();
-  const SurfaceLevels levels(surface, places, threads, meter.part(.3));
-  const std::vector<AnchorLists> lists = find_anchors(levels, within, n_anchors, threads, meter.part(.5));
+  const SurfaceLevels& levels = surface.levels();
+  const std::vector<AnchorLists> lists =
+      find_anchors(levels, surface.tree(), within, n_anchors, threads, meter.part(.7));
   UsedVertices used;
   maps_ = AnchorMaps(levels, set_weights(levels, lists), threads, used);
-  meter.add(.1);
+  meter.add(.15);
   if (stay_outside) {
     std::vector<int> nearest;
     for (const AnchorLists& list : lists) nearest.insert(nearest.end(), list.nearest.begin(), list.nearest.end());
-    sides_ = SurfaceSides(surface, levels, places, within, nearest, threads, used);
+    sides_ = SurfaceSides(surface.triangles(), within, nearest, threads, used);
   }
   used_ = used.vertices();
-  used_rest_ = places(used_, Eigen::all);
+  used_rest_ = surface.places()(used_, Eigen::all);
   for (size_t k = 0; k < used_.size(); k += used_.size() / kMostFitted + 1) fitted_.push_back(static_cast<int>(k));
   const Positions fitted = used_rest_(fitted_, Eigen::all);
   fitted_mean_ = mean_of(fitted);
   fitted_square_ = (fitted.rowwise() - fitted_mean_.transpose()).squaredNorm();
   set_pieces(points, piece_of_point);
-  meter.add(.1);
+  meter.add(.15);
 }
 
 std::vector<AnchorMaps::Node> WrapPoints::set_weights(const SurfaceLevels& levels,

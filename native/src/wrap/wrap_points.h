@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "arap/mesh.h"
 #include "arap/types.h"
 #include "base/aligned_buffer.h"
 #include "kernels/kernels.h"
@@ -15,6 +14,7 @@
 #include "parallel/workers.h"
 #include "wrap/anchor_maps.h"
 #include "wrap/anchor_search.h"
+#include "wrap/surface_at_rest.h"
 #include "wrap/surface_levels.h"
 #include "wrap/surface_sides.h"
 
@@ -25,7 +25,7 @@ namespace arap {
 class WrapPoints {
  public:
   /// As WrapDeformation's.
-  WrapPoints(const PolygonMesh& surface, const Positions& points, int n_anchors, bool stay_outside,
+  WrapPoints(const SurfaceAtRest& surface, const Positions& points, int n_anchors, bool stay_outside,
              const std::vector<int>& piece_of_point, int requested_threads, const MeterPart& meter);
 
   [[nodiscard]] int size() const { return static_cast<int>(rest_.rows()); }
@@ -104,8 +104,7 @@ class WrapPoints {
   int n_surface_vertices_;
   int n_pieces_ = 0;
   Workers workers_;
-  Eigen::RowVector3d center_;  ///< of the surface
-  double size_;
+  double size_;  ///< of the surface
   Isa isa_ = choose_isa();
   Positions rest_;                  ///< (n, 3) of the points: centred, the surface of diagonal 1
   std::vector<float> single_rest_;  ///< (n, 4) the same, and 1

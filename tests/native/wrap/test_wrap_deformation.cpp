@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -17,6 +19,7 @@ namespace {
 using arap::InvalidInput;
 using arap::WrapDeformation;
 using arap::WrapOptions;
+using arap::WrapSurface;
 using Row = Eigen::RowVector3d;
 
 /// Around the mesh, inside and outside, some on vertices and some far away.
@@ -274,6 +277,7 @@ TEST(WrapDeformation, RefusesWhatIsWrong) {
   WrapOptions options;
   options.anchors = 65;
   expect_error<InvalidInput>([&] { bind(points, options, {}); }, {"anchors = 65, must be >= 1 and <= 64"});
+  expect_error<InvalidInput>([&] { WrapSurface(mesh.mesh(), -1); }, {"threads = -1"});
   expect_error<InvalidInput>([&] { bind({}, {}, {}); }, {"points is empty", "for the surface to move"});
   expect_error<InvalidInput>([&] { bind(points, {}, {0, 1}); }, {"piece_of_point has 2 rows, expected 3"});
   expect_error<InvalidInput>([&] { bind(points, {}, {0, -2, 1}); }, {"piece_of_point[1] = -2, must be >= -1"});
@@ -292,9 +296,41 @@ TEST(WrapDeformation, RefusesWhatIsWrong) {
 
 TEST(WrapDeformation, ProgressMayStopTheBind) {
   const MeshData mesh = bumpy_sphere(2);
-  expect_error<arap::Cancelled>(
-      [&] { WrapDeformation(mesh.mesh(), points_around(mesh), {}, {}, [](double) { return false; }); },
-      {"binding the points to the surface was cancelled"});
+  const auto stop = [](double) { return false; };
+  expect_error<arap::Cancelled>([&] { WrapSurface(mesh.mesh(), 1, stop); }, {"preparing the surface was cancelled"});
+  const WrapSurface surface(mesh.mesh());
+  expect_error<arap::Cancelled>([&] { WrapDeformation(surface, points_around(mesh), {}, {}, stop); },
+                                {"binding the points to the surface was cancelled"});
+}
+
+TEST(WrapDeformation, ProgressGoesOnFromTheSurfaceToThePoints) {
+  const MeshData mesh = bumpy_sphere(2);
+  std::vector<double> told;
+  const arap::Progress progress = [&](double fraction) {
+    told.push_back(fraction);
+    return true;
+  };
+  WrapDeformation(mesh.mesh(), points_around(mesh), {}, {}, progress);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(std::count(told.begin(), told.end(), .5), 1);
+  EXPECT_EQ(told.back(), 1);
+}
+
+TEST(WrapSurface, IsSharedByBindsAndNotNeededByWhatIsBound) {
+  for (const MeshData& mesh : all_surfaces()) {
+    SCOPED_TRACE(mesh.name);
+    const Positions points = points_around(mesh);
+    const Positions few = points.topRows(7);
+    const WrapOptions smooth{.anchors = 5, .stay_outside = false};
+    auto surface = std::make_unique<WrapSurface>(mesh.mesh());
+    EXPECT_EQ(surface->n_vertices(), mesh.n_vertices());
+    const WrapDeformation all(*surface, points);
+    const WrapDeformation some(*surface, few, smooth);
+    surface = nullptr;
+    const Positions moved = bent(mesh.positions());
+    EXPECT_EQ(all.deform(moved), WrapDeformation(mesh.mesh(), points).deform(moved));
+    EXPECT_EQ(some.deform(moved), WrapDeformation(mesh.mesh(), few, smooth).deform(moved));
+  }
 }
 
 }  // namespace

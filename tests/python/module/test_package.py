@@ -38,6 +38,7 @@ CLASSES = [
     "TetOptions",
     "WrapDeformation",
     "WrapOptions",
+    "WrapSurface",
 ]
 
 

@@ -4,7 +4,7 @@
 import arap_native
 import numpy as np
 import pytest
-from arap_native import WrapDeformation, WrapOptions
+from arap_native import WrapDeformation, WrapOptions, WrapSurface
 from numpy.typing import NDArray
 from sample_meshes import rotation_z, tube
 
@@ -58,6 +58,28 @@ def test_a_job_does_what_the_constructor_does():
     assert np.array_equal(wrap.deform(moved_tube()), expected)
 
 
+def test_binds_share_a_surface():
+    pieces = np.repeat([-1, 4], 10)
+    options = WrapOptions(anchors=5)
+    expected = WrapDeformation(points_around(), *tube(), options=options, piece_of_point=pieces).deform(moved_tube())
+    for surface in (WrapSurface(*tube()), WrapSurface.begin_prepare(*tube(), threads=2).result()):
+        assert type(surface) is WrapSurface
+        assert repr(surface) == f"<WrapSurface: {len(tube().positions)} vertices>"
+        assert surface.n_vertices == len(tube().positions)
+        wrap = surface.bind(points_around(), options, piece_of_point=pieces)
+        job = surface.begin_bind(points_around(), options, piece_of_point=pieces)
+        del surface  # neither needs it any more
+        for bound in (wrap, job.result()):
+            assert np.array_equal(bound.deform(moved_tube()), expected)
+
+
+def test_threads_bind_to_one_surface_at_once():
+    surface = WrapSurface(*tube())
+    expected = surface.bind(points_around()).deform(moved_tube())
+    jobs = [surface.begin_bind(points_around()) for _ in range(8)]
+    assert all(np.array_equal(job.result().deform(moved_tube()), expected) for job in jobs)
+
+
 def test_single_precision_may_go_in_and_out():
     wrap, moved = WrapDeformation(points_around(), *tube()), moved_tube().astype(np.float32)
     expected = wrap.deform(moved).astype(np.float32)
@@ -69,8 +91,12 @@ def test_single_precision_may_go_in_and_out():
 
 def test_progress_is_told():
     told: list[float] = []
+    surface = WrapSurface(*tube(), progress=told.append)
+    assert told.pop() == 1
+    surface.bind(points_around(), progress=told.append)
+    assert told.pop() == 1
     WrapDeformation(points_around(), *tube(), progress=told.append)
-    assert told[-1] == 1
+    assert told.pop() == 1
 
 
 def test_options_are_named_values():
@@ -90,5 +116,13 @@ def test_what_is_wrong_is_told_in_words():
         wrap.deform(points_around())
     with pytest.raises(TypeError, match="only __new__ was called"):
         WrapDeformation.__new__(WrapDeformation).deform(moved_tube())
+    with pytest.raises(ValueError, match=r"^threads = -1, must be 0 "):
+        WrapSurface(*tube(), threads=-1)
+    with pytest.raises(TypeError, match="only __new__ was called"):
+        WrapSurface.__new__(WrapSurface).bind(points_around())
+    with pytest.raises(arap_native.Cancelled):
+        WrapSurface(*tube(), progress=lambda _: False)
+    with pytest.raises(arap_native.Cancelled):
+        WrapSurface(*tube()).bind(points_around(), progress=lambda _: False)
     with pytest.raises(arap_native.Cancelled):
         WrapDeformation(points_around(), *tube(), progress=lambda _: False)

@@ -6,6 +6,7 @@
 #include "models/input_checks.h"
 #include "parallel/meter.h"
 #include "parallel/parallel.h"
+#include "wrap/surface_at_rest.h"
 #include "wrap/wrap_points.h"
 
 namespace arap {
@@ -34,6 +35,16 @@ void put_singles(const WrapPoints& points, const Positions& moved, std::span<flo
   result.require_finite();
 }
 
+void require_input(const Positions& points, const WrapOptions& options, const std::vector<int>& piece_of_point) {
+  options.validate();
+  require_points(points, "surface");
+  if (!piece_of_point.empty())
+    require_rows("piece_of_point", static_cast<Eigen::Index>(piece_of_point.size()), points.rows());
+  for (size_t k = 0; k < piece_of_point.size(); ++k)
+    if (piece_of_point[k] < -1)
+      throw InvalidInput(text("piece_of_point[", k, "] = ", piece_of_point[k], ", must be >= -1"));
+}
+
 }  // namespace
 
 void WrapOptions::validate() const {
@@ -43,23 +54,44 @@ void WrapOptions::validate() const {
   require_threads(threads);
 }
 
+struct WrapSurface::Impl {
+  Impl(const PolygonMesh& surface, int threads, const MeterPart& meter) : at_rest(surface, threads, meter) {}
+
+  SurfaceAtRest at_rest;
+};
+
+WrapSurface::WrapSurface(const PolygonMesh& surface, int threads, const Progress& progress) {
+  require_threads(threads);
+  Meter meter(progress, "preparing the surface was cancelled");
+  impl_ = std::make_unique<Impl>(surface, threads, MeterPart{&meter, 1});
+  meter.reach(1);
+}
+
+WrapSurface::~WrapSurface() = default;
+WrapSurface::WrapSurface(WrapSurface&&) noexcept = default;
+WrapSurface& WrapSurface::operator=(WrapSurface&&) noexcept = default;
+
+int WrapSurface::n_vertices() const { return impl_->at_rest.n_vertices(); }
+
 struct WrapDeformation::Impl {
   WrapPoints points;
 };
 
+WrapDeformation::WrapDeformation(const WrapSurface& surface, const Positions& points, const WrapOptions& options,
+                                 const std::vector<int>& piece_of_point, const Progress& progress) {
+  require_input(points, options, piece_of_point);
+  Meter meter(progress, "binding the points to the surface was cancelled");
+  impl_ = std::make_unique<Impl>(Impl{WrapPoints(surface.impl_->at_rest, points, options.anchors, options.stay_outside,
+                                                 piece_of_point, options.threads, {&meter, 1})});
+  meter.reach(1);
+}
+
 WrapDeformation::WrapDeformation(const PolygonMesh& surface, const Positions& points, const WrapOptions& options,
                                  const std::vector<int>& piece_of_point, const Progress& progress) {
-  options.validate();
-  require_points(points, "surface");
-  if (!piece_of_point.empty())
-    require_rows("piece_of_point", static_cast<Eigen::Index>(piece_of_point.size()), points.rows());
-  for (size_t k = 0; k < piece_of_point.size(); ++k)
-    if (piece_of_point[k] < -1)
-      throw InvalidInput(text("piece_of_point[", k, "] = ", piece_of_point[k], ", must be >= -1"));
-  Meter meter(progress, "binding the points to the surface was cancelled");
-  impl_ = std::make_unique<Impl>(Impl{WrapPoints(surface, points, options.anchors, options.stay_outside, piece_of_point,
-                                                 options.threads, {&meter, 1})});
-  meter.reach(1);
+  require_input(points, options, piece_of_point);  // before the long work
+  constexpr double kPreparing = .5;                // of the whole
+  const WrapSurface prepared(surface, options.threads, part_of(progress, 0, kPreparing));
+  *this = WrapDeformation(prepared, points, options, piece_of_point, part_of(progress, kPreparing, 1));
 }
 
 WrapDeformation::~WrapDeformation() = default;
