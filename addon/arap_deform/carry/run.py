@@ -55,20 +55,22 @@ def _on_key_written(body: bpy.types.Object, key: bpy.types.ShapeKey, positions: 
         return
     _moved_at = time.monotonic()
     may_wait = is_frame and not bpy.app.background  # without a window no timer catches up
-    for follower in body.arap.followers:
-        target = follower.target
-        if not follower.is_enabled or target is None:
-            continue
-        if may_wait and target.arap.carried.body == body and not target.visible_get():
-            late.add(target.name, [key.name])
-            continue
-        guarded(body, follower, partial(write, body, follower, key.name, positions, may_wait=may_wait))
+    with wraps.reading_once():
+        for follower in body.arap.followers:
+            target = follower.target
+            if not follower.is_enabled or target is None:
+                continue
+            if may_wait and target.arap.carried.body == body and not target.visible_get():
+                late.add(target.name, [key.name])
+                continue
+            guarded(body, follower, partial(write, body, follower, key.name, positions, may_wait=may_wait))
     _wake()
 
 
 def _on_keys_changed(body: bpy.types.Object) -> None:
-    for follower in body.arap.followers:
-        guarded(body, follower, partial(keep_up, body, follower))
+    with wraps.reading_once():
+        for follower in body.arap.followers:
+            guarded(body, follower, partial(keep_up, body, follower))
 
 
 def _on_rest_changes(body: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:

@@ -14,7 +14,9 @@ from mathutils import Matrix
 from ..core import native
 from ..core.arrays import Floats
 from ..core.carry.probe import Probe, probed
-from ..core.carry.wrap import Wrap, WrapInput
+from ..core.carry.surface import PreparedSurface
+from ..core.carry.wrap import Wrap
+from ..core.carry.wrap_input import WrapInput
 from ..core.session_data import SessionMesh
 from ..props import preferences
 from ..props.bounds import bounded
@@ -33,6 +35,8 @@ _suspect: set[str] = set()
 
 _read: dict[str, SessionMesh] | None = None
 """By the names of bodies, see reading_once()."""
+_prepared = PreparedSurface()
+"""Of the binds that follow each other, see _let_go()."""
 
 
 def place_of(follower: ArapFollower) -> Floats:
@@ -64,7 +68,7 @@ def read_input(body: bpy.types.Object, follower: ArapFollower) -> WrapInput:
 
 @contextmanager
 def reading_once() -> Iterator[None]:
-    """Every body is read once for all its followers, while no rest shape changes."""
+    """Every body is read and prepared once for all its followers, while no rest shape changes."""
     global _read  # noqa: PLW0603 - of the block that is outermost
     if _read is not None:
         yield
@@ -74,6 +78,13 @@ def reading_once() -> Iterator[None]:
         yield
     finally:
         _read = None
+        _let_go()
+
+
+def _let_go() -> None:
+    """Of the prepared surface, unless more binds may follow at once."""
+    if _read is None and not _binding:
+        _prepared.drop()
 
 
 def _read_body(body: bpy.types.Object) -> SessionMesh:
@@ -148,6 +159,7 @@ def _end_binding(name: str) -> Wrap:
             wrap = _binding[name].work.run(progress)
     finally:
         _binding.pop(name, None)
+        _let_go()
     _bound[name] = wrap
     return wrap
 
@@ -157,7 +169,7 @@ def begin(body: bpy.types.Object, follower: ArapFollower) -> None:
     if follower.target.name not in _binding:
         _suspect.discard(follower.target.name)
         name = follower.target.name
-        _binding[name] = Binding(name, Wrap.bind(native.load(), read_input(body, follower)))
+        _binding[name] = Binding(name, Wrap.bind(native.load(), read_input(body, follower), _prepared))
 
 
 def is_binding(name: str) -> bool:
@@ -208,6 +220,7 @@ def forget(name: str) -> None:
 def stop_binding(name: str) -> None:
     if name in _binding:
         _binding.pop(name).work.drop()
+        _let_go()
 
 
 def clear() -> None:

@@ -7,7 +7,8 @@ import arap_native
 import numpy as np
 import pytest
 from arap_deform.core.background import run
-from arap_deform.core.carry.wrap import Wrap, WrapInput
+from arap_deform.core.carry.wrap import Wrap
+from arap_deform.core.carry.wrap_input import WrapInput
 from arap_deform.core.mirror import Mirror
 from arap_deform.core.session_data import SessionMesh
 from arap_deform.core.transforms import transformed
