@@ -59,8 +59,9 @@ def carry_along(
     for each in zip(targets, places, kinds, strict=True):
         _add(body, *each, is_set=bool(kind))
     added = [follower for follower in body.arap.followers if follower.target in targets]
-    for follower in added:
-        run.look_again(body, follower, may_wait=may_wait and not bpy.app.background)
+    with wraps.reading_once():
+        for follower in added:
+            run.look_again(body, follower, may_wait=may_wait and not bpy.app.background)
     fault = next((late.faults[target.name] for target in targets if target.name in late.faults), "")
     if fault:
         raise RuntimeError(fault)

@@ -895,7 +895,7 @@ class WrapSurface:
     """A surface at rest, ready for binds of points: what they need of it, whatever the points are.
 
     That is nearly all of the work where the surface is large and the points are few, so many binds to one surface share
-    it. It takes a few hundred bytes a vertex, and what is bound does not need it. Calls may run in several threads at
+    it. It takes about 150 bytes a vertex, and what is bound does not need it. Calls may run in several threads at
     once.
     """
 

@@ -29,6 +29,15 @@ class FollowTest(CarryTest):
         self.api.carry_along(body, [target])
         self.assert_goes_along(body, target)
 
+    def test_followers_share_what_is_prepared_of_the_body_and_let_it_go(self):
+        body, targets = posable(), [sleeve(), eye(), sleeve(name="Cuff")]
+        self.api.carry_along(body, targets)
+        bend(body)
+        self.api.solve(body)
+        wraps = module("carry.wraps")
+        self.assertEqual(len({id(wraps._bound[target.name]._surface) for target in targets}), 1)
+        self.assertIsNone(wraps._prepared._kept)
+
     def test_follow_playback_and_cancel(self):
         body, target = posable(), sleeve()
         self.api.carry_along(body, [target])

@@ -69,7 +69,7 @@ class RestSurface:
 
 
 class PreparedSurface:
-    """The surface that was prepared last, kept for the binds that follow until drop(): it is hundreds of megabytes."""
+    """The surface that was prepared last, kept for the binds that follow until drop(): it may be large."""
 
     def __init__(self) -> None:
         self._kept: tuple[RestSurface, arap_native.WrapSurface] | None = None
