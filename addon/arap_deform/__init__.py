@@ -22,6 +22,7 @@ bl_info = {
 MODULES = {
     "props": ("pull", "preferences", "handles", "poses", "carry", "object"),
     "scene": ("remembered", "redraw"),
+    "follow": ("applied",),
     "ui": ("panels", "edit_mode", "waiting", "esc"),
     "setup": (
         "handle_changes",

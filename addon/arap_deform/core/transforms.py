@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Linear maps of many points, the stretch in a matrix, the nearest rotation, the rigid motion that fits best."""
+"""Linear maps of points, the stretch in a matrix, the nearest rotation, the rigid motion that fits, Blender's Apply."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ BLOCK = 8192
 
 MOST_NEWTON_STEPS = 12
 NEWTON_ENDS = 1e-8  # its next step would be the square of that
+
+SAME = 1e-5  # of coordinates: what single precision leaves of them after Blender's Apply
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """A 4x4 matrix, row by row, as Blender's properties save it."""
@@ -140,6 +142,32 @@ def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats
     fit[:3, :3] = unstretch @ rotation @ stretch
     fit[:3, 3] = unstretch @ (shown_centre - rotation @ rest_centre)
     return fit
+
+
+def are_same(found: NDArray[np.floating], expected: Floats) -> bool:
+    """Whether (k, 3) places, of at least one point, are the expected ones, but for what Blender's Apply rounds."""
+    return bool(np.abs(found - expected).max() <= SAME * np.abs(found).max())
+
+
+def applied_map(
+    matrix: Floats, points: NDArray[np.floating], matrix_now: Floats, points_now: NDArray[np.floating]
+) -> Floats | None:
+    """(4, 4) from former coordinates of an object to the present ones, if it stands where it stood, else None.
+
+    So it is after Blender's Object > Apply, and Set Origin.
+
+    Args:
+        matrix, matrix_now: (4, 4) of the object.
+        points, points_now: (k, 3) of some vertices of it.
+    """
+    if np.array_equal(points, points_now):
+        return None  # at most, the object has moved
+    try:
+        to_now: Floats = np.asarray(np.linalg.inv(matrix_now) @ matrix)
+    except np.linalg.LinAlgError:
+        return None
+    with np.errstate(invalid="ignore", over="ignore"):  # of places that are not finite
+        return to_now if are_same(points_now, transformed(to_now, points.astype(np.float64))) else None
 
 
 class SolverSpace:

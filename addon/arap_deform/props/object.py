@@ -13,11 +13,13 @@ from bpy.props import (
     CollectionProperty,
     EnumProperty,
     FloatProperty,
+    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
 
+from ..core.carry.probe import MOST
 from ..core.naming import NAME_BYTES
 from . import hooks
 from .carry import ArapCarried, ArapFollower
@@ -386,6 +388,13 @@ class ArapObject(bpy.types.PropertyGroup):
         ),
         update=_on_live_changed,
     )
+    seen_matrix: FloatVectorProperty(
+        size=16, options={"HIDDEN"}, description="Own matrix of the object when it was seen last; 4x4, row by row"
+    )
+    seen_points: FloatVectorProperty(
+        size=3 * MOST, options={"HIDDEN"}, description="A few vertices of the mesh at rest, then"
+    )
+
     live_problem: StringProperty(
         name="Follow Problem", description="Why Follow switched itself off", options={"HIDDEN"}
     )

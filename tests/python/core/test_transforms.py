@@ -1,10 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A linear map of many points, and rotations."""
+"""A linear map of many points, rotations, and Blender's Apply."""
 
 import numpy as np
 import pytest
-from arap_deform.core.transforms import BLOCK, fitted_rotations, map_points, nearest_rotations, rotation
+from arap_deform.core.transforms import (
+    BLOCK,
+    applied_map,
+    fitted_rotations,
+    map_points,
+    nearest_rotations,
+    rotation,
+    transformed,
+)
 from sample_meshes import rotation_z
+
+PLACE = np.eye(4)
+PLACE[:3] = np.column_stack([rotation_z(0.5) * (1.0, 2.0, 1.0), (3.0, 0.0, 1.0)])
+POINTS = np.random.default_rng(3).uniform(size=(10, 3)).astype(np.float32)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -62,3 +74,21 @@ def test_the_rotation_of_nothing_is_none_and_that_of_a_line_the_smallest():
     line = np.outer(np.array([0.6, 0.8, 0.0]), np.array([1.0, 0.0, 0.0]))
     smallest = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(fitted_rotations(np.array([np.zeros((3, 3)), line])), [np.eye(3), smallest], atol=1e-6)
+
+
+@pytest.mark.parametrize("is_flat", [False, True])
+def test_what_the_object_has_lost_its_coordinates_have(is_flat):
+    points = POINTS * np.float32([1.0, 1.0, not is_flat])
+    now = transformed(PLACE, points.astype(np.float64)).astype(np.float32)
+    found = applied_map(PLACE, points, np.eye(4), now)
+    np.testing.assert_allclose(found, PLACE)
+    assert applied_map(PLACE, points, 1.001 * np.eye(4), now) is None, "moved besides"
+    assert applied_map(PLACE, points, np.eye(4), 1.001 * now) is None, "edited besides"
+
+
+def test_what_moves_alone_is_not_applied():
+    a_little = PLACE + 1e-7
+    assert applied_map(PLACE, POINTS, a_little, POINTS) is None
+    assert applied_map(PLACE, POINTS, np.zeros((4, 4)), 2.0 * POINTS) is None, "scaled to nothing"
+    assert applied_map(np.zeros((4, 4)), 0.0 * POINTS, PLACE, POINTS) is None, "never seen"
+    assert applied_map(PLACE, POINTS, PLACE, np.nan * POINTS) is None

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Float32s, Floats
-from ..transforms import transformed
+from ..transforms import are_same, transformed
 
-MOST = 12  # vertices of each: to read them takes microseconds
-SAME = 1e-5  # of the coordinates: what single precision leaves of them after Blender's Apply
+MOST = 10  # vertices of each: to read them takes microseconds, and a property of Blender's takes 32 numbers
 
 
 def probed(n: int) -> list[int]:
@@ -51,4 +50,4 @@ class Probe:
         points = transformed(self.place, self.points.astype(np.float64))
         expected = np.concatenate([before @ to_now, np.column_stack([points, np.ones(len(points))]) @ to_now])
         found = np.concatenate([now.surface, transformed(now.place, now.points.astype(np.float64))])
-        return bool(np.abs(found - expected).max() <= SAME * np.abs(found).max())
+        return are_same(found, expected)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.arrays import Floats
 from ...core.cages.shape import DOUBLE, CageShape, decoded, encoded
+from ...core.transforms import transformed
 
 if TYPE_CHECKING:
     from ...props.handles import ArapHandle
@@ -39,6 +40,12 @@ def shape_of(handle: ArapHandle) -> CageShape | None:
 def save(handle: ArapHandle, positions: Floats, shape: CageShape) -> None:
     """See rest_of() and shape_of()."""
     handle.cage_text, handle.cage_shape_text = encoded(positions, DOUBLE), shape.to_text()
+
+
+def move_rest(handle: ArapHandle, matrix: Floats) -> None:
+    """Moves rest_of(), if there is one, by a (4, 4) matrix."""
+    if handle.cage_text:
+        handle.cage_text = encoded(transformed(matrix, rest_of(handle)), DOUBLE)
 
 
 def forget(handle: ArapHandle) -> None:

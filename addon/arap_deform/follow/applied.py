@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""After Object > Apply to a mesh, what its handles have saved is told in its new coordinates: nothing moves.
+
+Blender does not tell of Apply. So each mesh with handles keeps its own matrix and a few vertices at rest, as they were
+seen last: they are saved, as an undo may bring back the moment between Apply and the look at it.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+from mathutils import Matrix
+
+from ..core.arrays import Floats
+from ..core.carry.probe import probed
+from ..core.transforms import applied_map
+from ..props import hooks
+from ..scene import meshes
+from ..scene.cages import saved as cages
+from .scene import is_rendering
+
+
+def look(obj: bpy.types.Object) -> None:
+    """Notes where the mesh is now. If it got there by Object > Apply, what is saved goes along."""
+    if obj.type != "MESH" or not obj.arap.handles or obj.library is not None or meshes.is_override(obj):
+        return
+    if obj.data.is_editmode or is_rendering():
+        return
+    settings = obj.arap
+    points = meshes.read_rest_at(obj, probed(len(obj.data.vertices)))
+    matrix = np.array(obj.matrix_basis, dtype=np.float64)
+    former_points = np.array(settings.seen_points, dtype=np.float32)[: points.size].reshape(-1, 3)
+    former_matrix = np.array(settings.seen_matrix, dtype=np.float64).reshape(4, 4)
+    to_now = applied_map(former_matrix, former_points, matrix, points)
+    if to_now is not None:
+        _take_along(obj, to_now)
+    if not np.array_equal(former_matrix, matrix):
+        settings.seen_matrix = matrix.ravel()
+    if not np.array_equal(former_points, points):
+        settings.seen_points = np.resize(points.ravel(), len(settings.seen_points))
+
+
+def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:
+    """``to_now``: (4, 4) from the former coordinates of the mesh to the present ones."""
+    settings, back = obj.arap, np.linalg.inv(to_now)
+    for entry in (*settings.pins, *settings.handles):
+        vertices, offsets, n = entry.shape
+        if n:
+            entry.set_shape(vertices, offsets @ to_now[:3, :3].T, n)
+    for handle in settings.handles:
+        handle.rest = Matrix(to_now @ np.array(handle.rest, dtype=np.float64))
+        cages.move_rest(handle, to_now)
+    for motion in (motion for pose in settings.poses for motion in pose.motions):
+        former = np.array(motion.motion, dtype=np.float64).reshape(4, 4)
+        motion.motion = (to_now @ former @ back).ravel()
+
+
+def _on_handle_changed(obj: bpy.types.Object, _handle: object) -> None:
+    look(obj)
+
+
+@persistent
+def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    for update in depsgraph.updates:
+        if isinstance(update.id, bpy.types.Object) and (update.is_updated_geometry or update.is_updated_transform):
+            look(update.id.original)
+
+
+@persistent
+def _on_other_data(*_: object) -> None:
+    for obj in bpy.data.objects:
+        look(obj)
+
+
+CALLBACKS = (
+    (hooks.handle_changed, _on_handle_changed),
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.frame_change_post, _on_update),
+    (bpy.app.handlers.load_post, _on_other_data),
+    (bpy.app.handlers.undo_post, _on_other_data),
+    (bpy.app.handlers.redo_post, _on_other_data),
+)
