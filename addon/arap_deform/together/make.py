@@ -22,7 +22,7 @@ from ..scene.points import objects as points
 from ..setup.handles import remove_handle
 from ..setup.made_objects import collection_for_made
 from ..setup.pins import add_pin_group
-from .pieces import NAME, VERTICES, check, groups_of, pins_of, read_shape
+from .pieces import NAME, VERTICES, check, groups_of, pieces_of, pins_of, read_shape
 
 READ_SHARE = 0.4  # of the time
 SIMPLIFIED_SHARE = 0.9
@@ -36,8 +36,11 @@ class StandInJob:
 
     def __init__(self, objects: Iterable[bpy.types.Object], vertices: int = VERTICES) -> None:
         """Begins. Raises ValueError if the objects cannot be posed together."""
-        pieces = list(dict.fromkeys(objects))
+        chosen = list(dict.fromkeys(objects))
+        pieces = pieces_of(chosen)
         check(pieces, vertices)
+        self.along = [obj.name for obj in chosen if obj not in pieces]
+        """What goes along with another one of the objects, as before."""
         self.object_name: str = pieces[0].name
         self._names = [piece.name for piece in pieces]
         self._vertices = vertices
@@ -132,6 +135,7 @@ def pose_together(
     keys, see carry_along(). Vertex groups of the same name are one in it, and what is pinned in them stays pinned.
 
     Args:
+        objects: what goes along with another one of them is left out, and goes along with that as before.
         vertices: of the stand-in at most, but for some at the seams. If the meshes have more, those of it are fewer,
             and the meshes go along as clothes do. One mesh is enough if it has more.
 

@@ -11,6 +11,7 @@ from bpy.props import IntProperty
 
 from ..carry.operators import KINDS
 from ..carry.problems import owner_of
+from ..core.naming import listed
 from ..follow.scene import is_rendering
 from ..pose.job_operator import JobOperator
 from ..ui.checks import (
@@ -21,10 +22,10 @@ from ..ui.checks import (
     why_not_object_mode,
 )
 from .make import StandInJob, remove_stand_in
-from .pieces import VERTICES, why_needless, why_not_local
+from .pieces import VERTICES, pieces_of, why_needless, why_not_local
 
 
-def selected_pieces(context: bpy.types.Context) -> list[bpy.types.Object]:
+def selected_shapes(context: bpy.types.Context) -> list[bpy.types.Object]:
     """What is selected and has a shape, but for stand-ins."""
     return [obj for obj in context.selected_objects if obj.type in KINDS and not obj.arap.is_stand_in]
 
@@ -33,7 +34,7 @@ def why_not_together(context: bpy.types.Context) -> str:
     """Why the selected meshes cannot be posed together, '' if they can."""
     if context.mode != "OBJECT":
         return why_not_object_mode(context.object)
-    pieces = selected_pieces(context)
+    pieces = pieces_of(selected_shapes(context))
     reason = why_needless(pieces, VERTICES) or ("Wait until the render ends" if is_rendering() else "")
     return reason or next(filter(None, map(why_not_local, pieces)), "")
 
@@ -76,14 +77,15 @@ class ARAP_OT_pose_together(JobOperator, bpy.types.Operator):
     )
 
     def chosen(self, context: bpy.types.Context) -> bpy.types.Object | None:
-        return next(iter(selected_pieces(context)), None)
+        return next(iter(selected_shapes(context)), None)
 
     def begin(self, context: bpy.types.Context, _obj: bpy.types.Object) -> StandInJob:
-        return StandInJob(selected_pieces(context), self.vertices)
+        return StandInJob(selected_shapes(context), self.vertices)
 
-    def result_text(self, _job: Any, stand_in: Any) -> str:
+    def result_text(self, job: Any, stand_in: Any) -> str:
         n = len(stand_in.data.vertices)
-        return f"'{stand_in.name}' has {n:,} vertices: pose it, or pull any of the meshes"
+        along = f". With their own meshes as before: {listed(job.along)}" if job.along else ""
+        return f"'{stand_in.name}' has {n:,} vertices: pose it, or pull any of the meshes{along}"
 
     def report_result(self, job: Any, stand_in: Any) -> None:
         select_alone(bpy.context, stand_in)

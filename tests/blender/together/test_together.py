@@ -221,6 +221,40 @@ def SlowJob(made):  # noqa: N802 - stands for a class
     return job
 
 
+class FollowersTest(SceneTest):
+    """Meshes that go along with others."""
+
+    def test_a_piece_keeps_what_goes_along_with_it(self):
+        made, coat, button = pieces(), piece("Coat", 1.2, 2.8), piece("Button", 2.0, 2.2)
+        self.api.carry_along(made[1], [coat], "bend")
+        self.api.carry_along(coat, [button], "bend")
+        job = module("together.make").StandInJob([coat, *made, button])
+        stand_in = module("core.job").run_job(job)
+        self.assertEqual([follower.target for follower in stand_in.arap.followers], made)
+        self.assertEqual(
+            module("together.operators").ARAP_OT_pose_together.result_text(None, job, stand_in),
+            f"'Stand-in' has {len(stand_in.data.vertices):,} vertices: pose it, or pull any of the meshes. "
+            "With their own meshes as before: Coat, Button",
+        )
+        z = world_rest(stand_in)[:, 2]
+        self.api.add_pin(stand_in, np.flatnonzero(z < -1.2), name="Foot")
+        move(self.api.add_handle(stand_in, np.flatnonzero(z > 5.2), name="Head").target, (1.5, 0.5, -0.8))
+        self.api.solve(stand_in)
+        # All three are tubes around the same middle at rest.
+        middles = [world_shown(obj).mean(axis=0) for obj in (made[1], coat, button)]
+        self.assertGreater(np.abs(middles[0] - (0.0, 0.0, 2.0)).max(), 0.2)
+        self.assert_close(middles[1:], [middles[0]] * 2, 0.1)
+        self.api.remove_stand_in(stand_in)
+        self.assertEqual([obj.arap.carried.body for obj in (coat, button)], [made[1], coat])
+
+    def test_a_body_with_its_followers_is_one_mesh(self):
+        body, coat = piece("Body", 0.0, 4.0), piece("Coat", 1.0, 3.0)
+        bpy.context.view_layer.update()
+        self.api.carry_along(body, [coat])
+        message = "Select other meshes, too: 'Body' alone has no more than 200,000 vertices and can be posed itself"
+        self.assert_error(ValueError, message, self.api.pose_together, [coat, body])
+
+
 class OperatorTest(SceneTest):
     def select(self, *objects):
         for obj in bpy.context.view_layer.objects:
