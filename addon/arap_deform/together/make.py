@@ -14,6 +14,7 @@ from ..carry.lists import carry_along, remove_at, stop_carrying
 from ..carry.problems import owner_of
 from ..core.background import Progress
 from ..core.job import STEP_S, run_job
+from ..core.naming import listed
 from ..core.together.bridges import connected
 from ..core.together.fewer import simplified
 from ..core.together.shape import Shape, centre_of, joined
@@ -22,7 +23,7 @@ from ..scene.points import objects as points
 from ..setup.handles import remove_handle
 from ..setup.made_objects import collection_for_made
 from ..setup.pins import add_pin_group
-from .pieces import NAME, VERTICES, check, groups_of, pieces_of, pins_of, read_shape
+from .pieces import NAME, VERTICES, check, groups_of, is_posed, pieces_of, pins_of, read_shape
 
 READ_SHARE = 0.4  # of the time
 SIMPLIFIED_SHARE = 0.9
@@ -32,7 +33,6 @@ class StandInJob:
     """A Job that makes a stand-in, see pose_together(). It holds names, no Blender data."""
 
     noun = "stand-in"
-    warning = ""
 
     def __init__(self, objects: Iterable[bpy.types.Object], vertices: int = VERTICES) -> None:
         """Begins. Raises ValueError if the objects cannot be posed together."""
@@ -45,9 +45,20 @@ class StandInJob:
         self._names = [piece.name for piece in pieces]
         self._vertices = vertices
         self._groups = groups_of(pieces)
+        self._posed: list[str] = []
         self._fraction = 0.0
         self._shape: Shape | None = None
         self._work = self._steps()
+
+    @property
+    def warning(self) -> str:
+        """That meshes have poses of their own, '' if none has."""
+        if not self._posed:
+            return ""
+        return (
+            "The stand-in is at rest, and its pose is added to those that meshes have themselves "
+            f"({listed(self._posed)}): press Reset Pose for each of them"
+        )
 
     @property
     def fraction(self) -> float:
@@ -98,7 +109,10 @@ class StandInJob:
     def _steps(self) -> Generator[None, None, None]:
         shapes = []
         for index in range(len(self._names)):
-            shapes.append(read_shape(self._pieces()[index], self._groups))
+            piece = self._pieces()[index]
+            shapes.append(read_shape(piece, self._groups))
+            if is_posed(piece):
+                self._posed.append(piece.name)
             self._fraction = READ_SHARE * len(shapes) / len(self._names)
             yield
         shape = joined(shapes)

@@ -12,7 +12,7 @@ from ..carry import problems
 from ..core.arrays import Floats, check_places
 from ..core.together.shape import Shape, triangles_of
 from ..core.transforms import transformed
-from ..scene import handle_motion, meshes
+from ..scene import handle_motion, meshes, pose_key
 from ..scene.points import objects as points
 
 VERTICES = 200_000
@@ -92,6 +92,12 @@ def read_shape(piece: bpy.types.Object, groups: Sequence[str]) -> Shape:
     if np.linalg.det(world[:3, :3]) < 0.0:
         triangles = triangles[:, ::-1]  # mirrored, but its outside stays outside
     return Shape(points, triangles, weights)
+
+
+def is_posed(piece: bpy.types.Object) -> bool:
+    """Whether the mesh shows a pose of its own."""
+    rest = meshes.read_rest(piece)
+    return not np.array_equal(pose_key.shown_positions(piece, rest), rest)
 
 
 def groups_of(pieces: Iterable[bpy.types.Object]) -> list[str]:

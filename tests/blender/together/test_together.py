@@ -195,6 +195,28 @@ class TogetherTest(SceneTest):
         self.assert_error(ValueError, message, self.api.pose_together, made)
         self.assertEqual(len([obj for obj in bpy.data.objects if obj.arap.is_stand_in]), 1)
 
+    def test_pieces_with_a_pose_of_their_own_are_told(self):
+        made = pieces()
+        for obj in made[:2]:
+            self.api.add_pin(obj, range(8), name="Low")
+            move(self.api.add_handle(obj, range(128, 136), name="High").target, (0.5, 0.0, 0.0))
+            self.api.solve(obj)
+        self.api.reset_pose(made[0])
+        shown = [world_shown(obj) for obj in made]
+        job = module("together.make").StandInJob(made)
+        stand_in = module("core.job").run_job(job)
+        self.assertEqual(
+            job.warning,
+            "The stand-in is at rest, and its pose is added to those that meshes have themselves (Belly): press Reset "
+            "Pose for each of them",
+        )
+        for obj, places in zip(made, shown, strict=True):
+            self.assert_close(world_shown(obj), places)
+        self.assertLess(np.abs(world_rest(stand_in)[:, 0]).max(), 0.51)
+        self.api.reset_pose(made[1])
+        self.bent(stand_in)
+        self.assert_whole(made)
+
     def test_cancelled_nothing_has_changed(self):
         made = pieces()
         message = "The stand-in of 'Leg' was cancelled; nothing has changed"
