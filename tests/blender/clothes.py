@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What goes along with the tube: a sleeve and an eye."""
+"""A sleeve and an eye of the tube, which go along with it."""
 
 import bmesh
 import numpy as np
