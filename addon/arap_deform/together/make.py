@@ -56,8 +56,8 @@ class StandInJob:
         if not self._posed:
             return ""
         return (
-            "The stand-in is at rest, and its pose is added to those that meshes have themselves "
-            f"({listed(self._posed)}): press Reset Pose for each of them"
+            f"The stand-in is at rest, and its pose is added to the poses of {listed(self._posed)}: press Reset Pose "
+            "for each of them"
         )
 
     @property
