@@ -147,10 +147,10 @@ void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
           [](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point,
              py::object progress) {
             const PointsInput input(points, options, piece_of_point);
-            const std::shared_ptr<const Surface> native = surface.native();
+            const Surface& native = *surface.native();
             ProgressCall call(std::move(progress));
             const WithoutGil no_gil;
-            return BoundWrap::of(input.bind(*native, call.function()));
+            return BoundWrap::of(input.bind(native, call.function()));
           },
           docstrings::WrapSurface_bind, py::arg("points"), py::arg("options") = none, py::kw_only(),
           py::arg("piece_of_point") = none, py::arg("progress") = none)
