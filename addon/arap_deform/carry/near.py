@@ -11,6 +11,7 @@ from ..core.loose.near import Cells
 from ..core.transforms import transformed
 from ..scene import handle_motion, meshes
 from ..scene.points import objects as points
+from ..ui.checks import why_not_local
 from .problems import owner_of
 
 NEAR = 0.05  # from a vertex of the mesh, as a fraction of the mesh's size
@@ -38,7 +39,7 @@ def find_near(body: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> list[b
 
 
 def _may_go_along(body: bpy.types.Object, other: bpy.types.Object) -> bool:
-    if not _has_faces(other) or other == body or other.library is not None or not other.visible_get():
+    if not _has_faces(other) or other == body or why_not_local(other) or not other.visible_get():
         return False
     settings = other.arap
     is_own = owner_of(other) is None and not (settings.handles or settings.pins or settings.followers)

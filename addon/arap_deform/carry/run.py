@@ -143,7 +143,8 @@ def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
     late.edited.discard(obj.name)
     for body, follower in pairs:
         name = follower.target.name
-        is_other = is_moved and wraps.is_bound(name) and wraps.get(body, follower, may_look=False) is None
+        is_other = is_moved and wraps.is_bound(name) and not problems.problem_of(body, follower)
+        is_other = is_other and wraps.get(body, follower, may_look=False) is None
         if was_edited or is_other:
             _suspect(body, follower)
         elif not twins.are_all_there(body, follower.target):

@@ -161,6 +161,23 @@ class CurveTest(CarryTest):
         self.api.solve(body)
         self.assert_error(ValueError, text, self.api.carry_along, body, [curve])
 
+    def test_splines_that_a_script_has_changed_are_told(self):
+        body, curve = solved(), strands("BEZIER")
+        self.api.carry_along(body, [curve])
+        for spline in curve.data.splines:
+            spline.type = "POLY"
+        curve.location.x += 0.1
+        bpy.context.view_layer.update()
+        text = "The shape keys of 'Hair' do not fit its splines: go to Edit Mode and back"
+        self.assertEqual(self.problem(body), text)
+        self.assert_error(ValueError, text, self.api.apply_pose_as_rest, body)
+        bpy.context.view_layer.objects.active = curve
+        for mode in ("EDIT", "OBJECT"):
+            bpy.ops.object.mode_set(mode=mode)
+        bpy.context.view_layer.update()
+        self.assertEqual(self.problem(body), "")
+        self.assert_moves(curve)
+
     def test_what_is_empty_is_told(self):
         body, curve = solved(), new_object("Strap", bpy.data.curves.new("Strap", "CURVE"))
         message = "'Strap' has no points: there is nothing to go along"

@@ -166,3 +166,10 @@ class ListTest(CarryTest):
             body,
             [target],
         )
+
+    def test_an_override_is_not_proposed(self):
+        (target,) = linked_back(sleeve(), "Sleeve")
+        override = target.override_create()
+        bpy.context.scene.collection.objects.link(override)
+        body = posable()
+        self.assertEqual(module("carry.near").find_near(body, bpy.context.view_layer), [])

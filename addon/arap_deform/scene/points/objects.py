@@ -26,8 +26,12 @@ def check(obj: bpy.types.Object) -> None:
     if not count(obj):
         noun = "vertices" if obj.type == "MESH" else "points"
         raise ValueError(f"'{obj.name}' has no {noun}: there is nothing to go along")
-    if obj.type != "MESH":
-        curves.check_one_type(obj)
+    if obj.type == "MESH":
+        return
+    curves.check_one_type(obj)
+    # A script that changes splines leaves shape keys as they are. Edit Mode makes them fit.
+    if obj.data.shape_keys is not None and count(obj) != curves.count(obj.data):
+        raise ValueError(f"The shape keys of '{obj.name}' do not fit its splines: go to Edit Mode and back")
 
 
 def count(obj: bpy.types.Object) -> int:
@@ -35,7 +39,7 @@ def count(obj: bpy.types.Object) -> int:
     if obj.type == "MESH":
         return len(obj.data.vertices)
     keys = obj.data.shape_keys
-    return versions.key_size(keys.reference_key) if keys is not None else len(curves.read_positions(obj.data))
+    return versions.key_size(keys.reference_key) if keys is not None else curves.count(obj.data)
 
 
 def read_positions(data: bpy.types.Mesh | bpy.types.Curve) -> Float32s:
