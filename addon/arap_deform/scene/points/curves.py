@@ -30,9 +30,12 @@ def check_one_type(obj: bpy.types.Object) -> None:
 
 
 def count(curve: bpy.types.Curve) -> int:
-    """How many points there are, with their handles. It takes a microsecond for each spline."""
-    groups = list(_points_of(curve))
-    return sum(map(len, groups)) * len(fields_of(groups[0])) if groups else 0
+    """How many points there are, with their handles. Quick, as each frame asks it."""
+    along, across = (np.empty(len(curve.splines), dtype=np.int32) for _ in range(2))
+    curve.splines.foreach_get("point_count_u", along)
+    curve.splines.foreach_get("point_count_v", across)  # 0 or 1, but for a surface
+    first = next(_points_of(curve), ())
+    return int(along @ np.maximum(across, 1)) * len(fields_of(first))
 
 
 def read_positions(curve: bpy.types.Curve) -> Float32s:
