@@ -29,7 +29,7 @@ def check(obj: bpy.types.Object) -> None:
     if obj.type == "MESH":
         return
     curves.check_one_type(obj)
-    # A script that changes splines leaves shape keys as they are. Edit Mode makes them fit.
+    # Object > Join and scripts that change splines leave shape keys as they are. Edit Mode makes them fit.
     if obj.data.shape_keys is not None and count(obj) != curves.count(obj.data):
         raise ValueError(f"The shape keys of '{obj.name}' do not fit its splines: go to Edit Mode and back")
 
