@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .problems import is_in_scene, pair_with
+from .problems import above, is_in_scene, pair_with
 
 
 def body_of(obj: bpy.types.Object) -> bpy.types.Object | None:
@@ -19,7 +19,4 @@ def moving_mesh(obj: bpy.types.Object) -> bpy.types.Object:
 
     And so on; a circle ends. Itself if it goes along with none.
     """
-    passed = [obj]
-    while (body := body_of(passed[-1])) is not None and body not in passed:
-        passed.append(body)
-    return passed[-1]
+    return [obj, *above(obj, body_of)][-1]

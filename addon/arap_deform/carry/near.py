@@ -39,15 +39,15 @@ def find_near(body: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> list[b
 
 
 def _may_go_along(body: bpy.types.Object, other: bpy.types.Object) -> bool:
-    if not _has_faces(other) or other == body or why_not_local(other) or not other.visible_get():
+    if not _may_be_seen(other) or other == body or why_not_local(other) or not other.visible_get():
         return False
     settings = other.arap
     is_own = owner_of(other) is None and not (settings.handles or settings.pins or settings.followers)
     return is_own and not other.data.is_editmode and points.count(other) > 0
 
 
-def _has_faces(other: bpy.types.Object) -> bool:
-    """Of a curve: what has none is a path or a control, and no thing that is seen."""
+def _may_be_seen(other: bpy.types.Object) -> bool:
+    """A curve without thickness is a path or a control, and no thing that is seen."""
     if other.type != "CURVE":
         return points.has_points(other)
     curve = other.data

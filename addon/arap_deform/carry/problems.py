@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import bpy
@@ -12,6 +13,8 @@ from ..scene.points import objects as points
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
+
+BodyOf = Callable[[bpy.types.Object], "bpy.types.Object | None"]
 
 # What the artist can do instead, by the type of the object.
 OTHER_TYPES = {
@@ -137,11 +140,13 @@ def below(body: bpy.types.Object) -> list[bpy.types.Object]:
     return found[1:]
 
 
-def above(obj: bpy.types.Object) -> list[bpy.types.Object]:
-    """The mesh that the object goes along with, the one with which that does, and so on. A circle ends."""
-    found: list[bpy.types.Object] = []
-    body = obj.arap.carried.body
-    while body is not None and body not in found:
-        found.append(body)
-        body = body.arap.carried.body
-    return found
+def above(obj: bpy.types.Object, body_of: BodyOf = lambda obj: obj.arap.carried.body) -> list[bpy.types.Object]:
+    """The mesh that the object goes along with, the one with which that does, and so on. A circle ends.
+
+    Args:
+        body_of: says with which mesh an object goes along, None: with none.
+    """
+    passed = [obj]
+    while (body := body_of(passed[-1])) is not None and body not in passed:
+        passed.append(body)
+    return passed[1:]

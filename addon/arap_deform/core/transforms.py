@@ -144,7 +144,7 @@ def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats
     return fit
 
 
-def are_same(found: NDArray[np.floating], expected: Floats) -> bool:
+def are_same_places(found: NDArray[np.floating], expected: Floats) -> bool:
     """Whether (k, 3) places, of at least one point, are the expected ones, but for what Blender's Apply rounds."""
     return bool(np.abs(found - expected).max() <= SAME * np.abs(found).max())
 
@@ -167,7 +167,7 @@ def applied_map(
     except np.linalg.LinAlgError:
         return None
     with np.errstate(invalid="ignore", over="ignore"):  # of places that are not finite
-        return to_now if are_same(points_now, transformed(to_now, points.astype(np.float64))) else None
+        return to_now if are_same_places(points_now, transformed(to_now, points.astype(np.float64))) else None
 
 
 class SolverSpace:

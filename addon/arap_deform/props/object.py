@@ -394,7 +394,6 @@ class ArapObject(bpy.types.PropertyGroup):
     seen_points: FloatVectorProperty(
         size=3 * MOST, options={"HIDDEN"}, description="A few vertices of the mesh at rest, then"
     )
-
     live_problem: StringProperty(
         name="Follow Problem", description="Why Follow switched itself off", options={"HIDDEN"}
     )

@@ -23,15 +23,7 @@ NAME = "Stand-in"
 def pieces_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Object]:
     """Without those that go along with another one of them, or with what goes along with that: they go on to do so."""
     chosen = dict.fromkeys(objects)
-    return [obj for obj in chosen if chosen.keys().isdisjoint(_bodies_of(obj))]
-
-
-def _bodies_of(obj: bpy.types.Object) -> list[bpy.types.Object]:
-    """The mesh in whose list an object is, the one in whose list that is, and so on. A circle ends."""
-    passed = [obj]
-    while (body := problems.owner_of(passed[-1])) is not None and body not in passed:
-        passed.append(body)
-    return passed[1:]
+    return [obj for obj in chosen if chosen.keys().isdisjoint(problems.above(obj, problems.owner_of))]
 
 
 def why_needless(pieces: Sequence[bpy.types.Object], vertices: int) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Float32s, Floats
-from ..transforms import are_same, transformed
+from ..transforms import are_same_places, transformed
 
 MOST = 10  # vertices of each: to read them takes microseconds, and a property of Blender's takes 32 numbers
 
@@ -50,4 +50,4 @@ class Probe:
         points = transformed(self.place, self.points.astype(np.float64))
         expected = np.concatenate([before @ to_now, np.column_stack([points, np.ones(len(points))]) @ to_now])
         found = np.concatenate([now.surface, transformed(now.place, now.points.astype(np.float64))])
-        return are_same(found, expected)
+        return are_same_places(found, expected)

@@ -23,14 +23,15 @@ def has_points(obj: bpy.types.Object) -> bool:
 
 def check(obj: bpy.types.Object) -> None:
     """Raises ValueError if there are no points, or none that can be read."""
-    if not count(obj):
+    n = count(obj)
+    if not n:
         noun = "vertices" if obj.type == "MESH" else "points"
         raise ValueError(f"'{obj.name}' has no {noun}: there is nothing to go along")
     if obj.type == "MESH":
         return
     curves.check_one_type(obj)
     # Object > Join and scripts that change splines leave shape keys as they are. Edit Mode makes them fit.
-    if obj.data.shape_keys is not None and count(obj) != curves.count(obj.data):
+    if obj.data.shape_keys is not None and n != curves.count(obj.data):
         raise ValueError(f"The shape keys of '{obj.name}' do not fit its splines: go to Edit Mode and back")
 
 
