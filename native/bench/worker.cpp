@@ -2,7 +2,9 @@
 // Measures the library on one task file. Reads commands from standard input, one per line, and answers each with one
 // line of JSON. measure/runs/native.py is its client. Times are in milliseconds.
 //
-//   arap_worker TASK ENERGY THREADS      ENERGY as in Python's Options; THREADS as Options::threads
+//   arap_worker TASK ENERGY THREADS [SOLVER]
+//       ENERGY as in Python's Options; THREADS as Options::threads; SOLVER: block_ldlt, the library's own, or a
+//       reference
 //
 //   bind             {"ms", "threads"}   constructs a new model
 //   constraints      {"ms"}              factorizes for a set that differs from the last one
@@ -21,23 +23,36 @@
 
 #include "arap/surface_arap.h"
 #include "process.h"
+#include "references/eigen_solvers.h"
 #include "task_file.h"
 #include "timings.h"
 
 namespace arap::bench {
 namespace {
 
+template <class T>
+T chosen(const std::string& argument, const std::string& name, const std::map<std::string, T>& values) {
+  if (const auto found = values.find(name); found != values.end()) return found->second;
+  std::string names;
+  for (const auto& [each, value] : values) names += (names.empty() ? "" : ", ") + each;
+  throw InvalidInput(argument + " is " + name + ", must be one of " + names);
+}
+
 class Worker {
  public:
-  Worker(const std::string& path, const std::string& energy, int threads) : task_(path) {
-    const std::map<std::string, Energy> energies{{"rotation_nodes", Energy::kRotationNodes},
-                                                 {"spokes_and_rims", Energy::kSpokesAndRims},
-                                                 {"spokes", Energy::kSpokes}};
-    const auto found = energies.find(energy);
-    if (found == energies.end())
-      throw InvalidInput("ENERGY is " + energy + ", must be rotation_nodes, spokes_and_rims or spokes");
-    options_.energy = found->second;
+  Worker(const std::string& path, const std::string& energy, int threads, const std::string& solver) : task_(path) {
+    options_.energy = chosen<Energy>("ENERGY", energy,
+                                     {{"rotation_nodes", Energy::kRotationNodes},
+                                      {"spokes_and_rims", Energy::kSpokesAndRims},
+                                      {"spokes", Energy::kSpokes}});
     options_.threads = threads;
+    options_.solver_factory =
+        chosen<const SolverFactory*>("SOLVER", solver,
+                                     {{"block_ldlt", nullptr},
+                                      {"simplicial_ldlt", &reference_solver(ReferenceSolver::kSimplicialLdlt)},
+                                      {"sparse_lu", &reference_solver(ReferenceSolver::kSparseLu)},
+                                      {"sparse_qr", &reference_solver(ReferenceSolver::kSparseQr)},
+                                      {"bicgstab", &reference_solver(ReferenceSolver::kBiCgStab)}});
     // Two sets alternate: setting the same one again costs nothing.
     sets_[0].vertices = task_.constrained;
     sets_[0].strengths.assign(task_.constrained.size(), 1.0);
@@ -123,8 +138,8 @@ class Worker {
 
 int main(int argc, char** argv) {
   try {
-    if (argc != 4) throw std::runtime_error("usage: arap_worker TASK ENERGY THREADS");
-    arap::bench::Worker worker(argv[1], argv[2], std::stoi(argv[3]));
+    if (argc != 4 && argc != 5) throw std::runtime_error("usage: arap_worker TASK ENERGY THREADS [SOLVER]");
+    arap::bench::Worker worker(argv[1], argv[2], std::stoi(argv[3]), argc == 5 ? argv[4] : "block_ldlt");
     for (std::string command; std::getline(std::cin, command);) std::cout << worker.answer(command) << std::endl;
     return 0;
   } catch (const std::exception& error) {

@@ -106,11 +106,6 @@ arap::PolygonMesh made_cage(MeshArrays mesh, int cells, const arap::Progress& pr
   return arap::make_cage(mesh_of(std::move(mesh)), cells, progress);
 }
 
-arap::Positions transferred(MeshArrays source, const arap::Positions& moved_source, MeshArrays target) {
-  const WithoutGil no_gil;
-  return arap::transfer_cage(mesh_of(std::move(source)), moved_source, mesh_of(std::move(target)));
-}
-
 /// Positions, and (f, 4) faces.
 py::tuple arrays_of(const arap::PolygonMesh& cage) {
   std::vector<int> corners;
@@ -142,15 +137,6 @@ void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
       },
       docstrings::begin_make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
       py::arg("cells") = 10);
-  m.def(
-      "transfer_cage",
-      [](Object source, Object moved_source, Object target) {
-        MeshArrays from = mesh_from_tuple(source, "source");
-        const arap::Positions moved =
-            positions_from(moved_source, "moved_source", from.positions.rows(), "one row per vertex of the source");
-        return to_array(transferred(std::move(from), moved, mesh_from_tuple(target, "target")));
-      },
-      docstrings::transfer_cage, py::arg("source"), py::arg("moved_source"), py::arg("target"));
   const py::object none = py::none();
   using Options = arap::CageOptions;
   py::class_<BoundCage>(m, "CageDeformation", docstrings::CageDeformation)

@@ -32,11 +32,6 @@ constexpr std::pair<const char*, arap::EdgeWeights> kWeights[] = {
     {"cotangent", arap::EdgeWeights::kCotangent},
     {"uniform", arap::EdgeWeights::kUniform},
 };
-constexpr std::pair<const char*, arap::LinearSolverKind> kLinearSolvers[] = {
-    {"block_ldlt", arap::LinearSolverKind::kBlockLdlt}, {"simplicial_ldlt", arap::LinearSolverKind::kSimplicialLdlt},
-    {"sparse_lu", arap::LinearSolverKind::kSparseLu},   {"sparse_qr", arap::LinearSolverKind::kSparseQr},
-    {"bicgstab", arap::LinearSolverKind::kBiCgStab},
-};
 constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
     {"previous", arap::InitialGuess::kPrevious},
     {"rest", arap::InitialGuess::kRest},

@@ -13,10 +13,10 @@
 #include "bound_model.h"
 #include "cage_deformation.h"
 #include "docstrings.h"
+#include "extra_models.h"
 #include "gil.h"
 #include "inputs.h"
 #include "job_handle.h"
-#include "lattice_tets.h"
 #include "options.h"
 #include "result.h"
 #include "wrap_deformation.h"
@@ -51,11 +51,7 @@ PYBIND11_MODULE(_native, m) {
   cancelled.attr("__doc__") = docstrings::Cancelled;
   bind_options(m);
   bind_lattice_options(m);
-  bind_poisson_options(m);
-  bind_embedded_options(m);
-  bind_tet_options(m);
   bind_cage_options(m);
-  bind_cage_arap_options(m);
   bind_wrap_options(m);
   bind_solve_options(m);
   bind_result(m);
@@ -64,13 +60,14 @@ PYBIND11_MODULE(_native, m) {
   bind_model(m, jobs);
   bind_surface_arap(m, jobs);
   bind_lattice_arap(m, jobs);
-  bind_poisson_editing(m, jobs);
-  bind_embedded_deformation(m, jobs);
-  bind_cage_arap(m, jobs);
-  bind_tet_arap(m, jobs);
-  bind_lattice_tets(m);
   bind_cage_deformation(m, jobs);
   bind_wrap_deformation(m, jobs);
+#ifdef ARAP_EXTRA_MODELS
+  bind_extra_models(m, jobs);
+  m.attr("has_extra_models") = true;
+#else
+  m.attr("has_extra_models") = false;
+#endif
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
@@ -85,12 +82,9 @@ PYBIND11_MODULE(_native, m) {
       },
       docstrings::same_places, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"CageArap",        "CageArapOptions",     "CageDeformation", "CageOptions",
-                           "Cancelled",       "EmbeddedDeformation", "EmbeddedOptions", "Job",
-                           "LatticeArap",     "LatticeOptions",      "LatticeTets",     "Model",
-                           "Options",         "PoissonEditing",      "PoissonOptions",  "SolveOptions",
-                           "SolveResult",     "SurfaceArap",         "TetArap",         "TetOptions",
-                           "WrapDeformation", "WrapOptions",         "WrapSurface"})
+  for (const char* name :
+       {"CageDeformation", "CageOptions", "Cancelled", "Job", "LatticeArap", "LatticeOptions", "Model", "Options",
+        "SolveOptions", "SolveResult", "SurfaceArap", "WrapDeformation", "WrapOptions", "WrapSurface"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

@@ -7,21 +7,17 @@ namespace arap_native {
 
 namespace py = pybind11;
 
-/// Adds Options to the module.
+/// Each adds one class of options to the module.
 void bind_options(py::module_& m);
-/// Adds LatticeOptions.
 void bind_lattice_options(py::module_& m);
-/// Adds PoissonOptions.
+void bind_cage_options(py::module_& m);
+void bind_wrap_options(py::module_& m);
+void bind_solve_options(py::module_& m);
+
+// Of the extra models.
 void bind_embedded_options(py::module_& m);
 void bind_poisson_options(py::module_& m);
-/// Adds TetOptions.
 void bind_tet_options(py::module_& m);
-/// Adds CageOptions.
-void bind_cage_options(py::module_& m);
 void bind_cage_arap_options(py::module_& m);
-/// Adds WrapOptions.
-void bind_wrap_options(py::module_& m);
-/// Adds SolveOptions.
-void bind_solve_options(py::module_& m);
 
 }  // namespace arap_native

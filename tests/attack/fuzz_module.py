@@ -103,7 +103,6 @@ class Fuzzer:
             "energy": ["rotation_nodes", "spokes_and_rims", "spokes"],
             "rigidity_radius": [0.02, 0.5, 1, 1e-6, 0.1],
             "weights": ["cotangent", "uniform"],
-            "linear_solver": ["block_ldlt", "simplicial_ldlt", "sparse_lu", "bicgstab"],
             "threads": [0, 1, 2, 3, 7],
             "join_seams": [True, False],
         }

@@ -5,26 +5,17 @@ from typing import TypeAlias
 
 from . import _native
 from ._native import (
-    CageArap,
-    CageArapOptions,
     CageDeformation,
     CageOptions,
     Cancelled,
-    EmbeddedDeformation,
-    EmbeddedOptions,
     Job,
     LatticeArap,
     LatticeOptions,
-    LatticeTets,
     Model,
     Options,
-    PoissonEditing,
-    PoissonOptions,
     SolveOptions,
     SolveResult,
     SurfaceArap,
-    TetArap,
-    TetOptions,
     WrapDeformation,
     WrapOptions,
     WrapSurface,
@@ -32,7 +23,6 @@ from ._native import (
     begin_make_cage,
     make_cage,
     same_places,
-    transfer_cage,
 )
 
 __doc__ = _native.__doc__
@@ -40,27 +30,18 @@ __doc__ = _native.__doc__
 Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = [
-    "CageArap",
-    "CageArapOptions",
     "CageDeformation",
     "CageOptions",
     "Cancelled",
-    "EmbeddedDeformation",
-    "EmbeddedOptions",
     "Job",
     "LatticeArap",
     "LatticeOptions",
-    "LatticeTets",
     "Model",
     "Options",
-    "PoissonEditing",
-    "PoissonOptions",
     "Progress",
     "SolveOptions",
     "SolveResult",
     "SurfaceArap",
-    "TetArap",
-    "TetOptions",
     "WrapDeformation",
     "WrapOptions",
     "WrapSurface",
@@ -68,5 +49,27 @@ __all__ = [
     "begin_make_cage",
     "make_cage",
     "same_places",
-    "transfer_cage",
 ]
+
+# The models that the Blender add-on does not use: its wheel has none of them.
+_EXTRA = (
+    "CageArap",
+    "CageArapOptions",
+    "EmbeddedDeformation",
+    "EmbeddedOptions",
+    "LatticeTets",
+    "PoissonEditing",
+    "PoissonOptions",
+    "TetArap",
+    "TetOptions",
+    "transfer_cage",
+)
+if _native.has_extra_models:
+    globals().update({name: getattr(_native, name) for name in _EXTRA})
+    __all__ += _EXTRA  # noqa: PLE0605  (the stub has the names)
+
+
+def __getattr__(name: str) -> object:
+    if name in _EXTRA:
+        raise AttributeError(f"{__name__}.{name} is not in the add-on's wheel: install the wheel of arap-native with pip")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

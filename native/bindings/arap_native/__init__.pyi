@@ -77,10 +77,6 @@ class Options:
     is stiffer."""
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
-    linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
-    """For comparisons only: how the linear system of the global step is solved. The result is the same, the time is
-    not: "block_ldlt" is the fast one. The others are Eigen's: "simplicial_ldlt" is its Cholesky; "sparse_qr" is for up
-    to about three thousand vertices; "bicgstab" iterates, and raises RuntimeError if it does not converge."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
@@ -91,7 +87,6 @@ class Options:
         energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"] = "rotation_nodes",
         rigidity_radius: float = 0.02,
         weights: Literal["cotangent", "uniform"] = "cotangent",
-        linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
         threads: int = 0,
         join_seams: bool = False,
     ) -> None: ...
@@ -160,14 +155,7 @@ class TetOptions:
 
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
-    linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
-    """For comparisons only: see Options.linear_solver."""
-    def __init__(
-        self,
-        *,
-        threads: int = 0,
-        linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
-    ) -> None: ...
+    def __init__(self, *, threads: int = 0) -> None: ...
 
 class CageOptions:
     """Options of a CageDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""

@@ -112,22 +112,6 @@ class CageDeformation {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Moves a cage as another one of the same faces has been moved [CHSB10], by deformation transfer [SP04]. The gradients
-/// of the source's triangles (of a quad those of both its diagonals), completed by their normals, whose lengths grow
-/// as the root of the area, turn and stretch the edges of the target's; the result is nearest to these. With
-/// CageDeformation::fit() before and CageDeformation::deform() after it carries a deformation from one shape to
-/// another.
-///
-/// If the source has moved by a turn, a scale and a shift, the target turns and grows alike, about its own middle: this
-/// moves as the source's does. The result does not depend on where the target is.
-/// @param source        at rest
-/// @param moved_source  (n_vertices, 3), finite
-/// @param target        at rest, with the source's faces
-/// @return  (n_vertices, 3) of the target
-/// Throws InvalidInput.
-[[nodiscard]] Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source,
-                                      const PolygonMesh& target);
-
 /// A cage of quads around a mesh and what is inside of it: the outside of the cubes of a coarse grid that the mesh is
 /// in or near, smoothed. The mesh may be open, or of several parts; holes smaller than a cube are closed. It is nowhere
 /// nearer to the cage than a seventh of a cube, and finer grids follow it more closely.

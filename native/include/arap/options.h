@@ -5,6 +5,8 @@
 
 namespace arap {
 
+class SolverFactory;
+
 /// What one rotation stands for. Tags of papers are expanded in surface_arap.h.
 enum class Energy {
   kRotationNodes,  ///< a round piece of the surface, of the same size at every density of the mesh
@@ -15,16 +17,6 @@ enum class Energy {
 enum class EdgeWeights {
   kCotangent,  ///< depends on the shape of the triangles, hardly on how the surface is cut into them
   kUniform,    ///< every triangle edge counts the same, whatever its shape
-};
-
-/// How the linear system of the global step is factorized and solved. The result is the same, the time is not: all but
-/// the first are Eigen's, in double and one thread, for comparisons.
-enum class LinearSolverKind {
-  kBlockLdlt,       ///< supernodal Cholesky, in threads and vectors, corrections in single precision
-  kSimplicialLdlt,  ///< Cholesky, column by column
-  kSparseLu,        ///< does not use the symmetry: twice the numbers
-  kSparseQr,        ///< very slow: for up to about three thousand vertices
-  kBiCgStab,        ///< iterative, to a residual of 1e-10: the least memory; SolverError if it does not converge
 };
 
 /// Where the iteration starts. Constrained vertices always start at their targets.
@@ -63,8 +55,9 @@ struct Options {
   /// which.
   bool join_seams = false;
 
-  /// For comparisons only.
-  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
+  /// For comparisons only: makes another sparse solver than the library's own; must outlive the model. Its class is no
+  /// part of the public interface.
+  const SolverFactory* solver_factory = nullptr;
 
   /// Throws InvalidInput that names field, value and bound.
   void validate() const;

@@ -20,8 +20,8 @@ struct TetOptions {
   /// Threads of bind and solve; 0 = as many as pay at this size.
   int threads = 0;
 
-  /// For comparisons only.
-  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
+  /// For comparisons only: see Options::solver_factory.
+  const SolverFactory* solver_factory = nullptr;
 
   /// Throws InvalidInput that names field, value and bound.
   void validate() const;

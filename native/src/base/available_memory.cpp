@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <limits>
+#include <string>
 
 #include "arap/error.h"
 #include "base/format_message.h"
@@ -93,7 +95,7 @@ std::string amount(double bytes) {
 
 }  // namespace
 
-size_t available_memory([[maybe_unused]] const fs::path& root) {
+size_t available_memory([[maybe_unused]] const std::string& root) {
 #if defined(__linux__)
   return std::min({left_of_own_limit(root), left_in_groups(root), left_in_machine(root)});
 #else

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 
 namespace arap {
@@ -10,7 +9,7 @@ namespace arap {
 /// Bytes that this process may still take: by its own limit, by those of its control groups (a container's), and of the
 /// machine. The largest number where nothing is known of them.
 /// @param root  of the file system; tests have one of their own
-[[nodiscard]] size_t available_memory(const std::filesystem::path& root = "/");
+[[nodiscard]] size_t available_memory(const std::string& root = "/");
 
 /// Throws NotEnoughMemory if that is less than `bytes`.
 /// @param what  needs them, for the message

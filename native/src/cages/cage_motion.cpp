@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cages/cage_motion.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <vector>
 
+#include "dense/least_squares.h"
 #include "geometry/rotation.h"
 
 namespace arap {
@@ -57,18 +57,21 @@ std::vector<char> used_vertices(const Cage& cage) {
 
 AffineMap best_affine_map(const Cage& cage, const Positions& moved) {
   const Moments moments(cage.vertices(), moved, used_vertices(cage));
-  return moments.map_of(moments.rest.ldlt().solve(moments.between.transpose()).transpose());
+  DenseLdlt factor;
+  factor.compute(moments.rest);
+  return moments.map_of(factor.solve(moments.between.transpose()).transpose());
 }
 
 Eigen::Matrix4Xd affine_fit(const Cage& cage) {
   const std::vector<char> is_used = used_vertices(cage);
   const Moments moments(cage.vertices(), cage.vertices(), is_used);
-  const auto solver = moments.rest.ldlt();
+  DenseLdlt factor;
+  factor.compute(moments.rest);
   const auto n = static_cast<double>(std::count(is_used.begin(), is_used.end(), 1));
   Eigen::Matrix4Xd result = Eigen::Matrix4Xd::Zero(4, cage.n_vertices());
   for (int v = 0; v < cage.n_vertices(); ++v) {
     if (is_used[v] == 0) continue;
-    const Vector3 linear = solver.solve(Vector3(cage.vertices().row(v).transpose() - moments.rest_mean));
+    const Vector3 linear = factor.solve(cage.vertices().row(v).transpose() - moments.rest_mean);
     result.col(v) << 1 / n - moments.rest_mean.dot(linear), linear;
   }
   return result;

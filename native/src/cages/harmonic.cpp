@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cages/harmonic.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "cages/green.h"
 #include "cages/harmonic_grid.h"
+#include "dense/small_matrices.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -119,10 +119,7 @@ class StencilMaker {
       return h;
     };
     for (const Datum& datum : data) products += datum.weight * terms(datum) * terms(datum).transpose();
-    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
-    solver.setThreshold(1e-6);
-    solver.compute(products);
-    const Eigen::Vector4d linear = solver.solve(Eigen::Vector4d::UnitX());
+    const Eigen::Vector4d linear = solve_shortest(products, Eigen::Vector4d::UnitX(), 1e-6);
     for (const Datum& datum : data) {
       const double factor = datum.weight == kAlone ? 1 : datum.weight * linear.dot(terms(datum));
       if (datum.corner >= 0) stencil.factors[datum.corner] = factor;
@@ -165,10 +162,7 @@ void repair_weights(const Cage& cage, const Row& point, Eigen::VectorXd& weights
   const Eigen::Vector4d off = Eigen::Vector4d::UnitX() - H.transpose() * weights;
   const Eigen::Matrix4d products = H.transpose() * weights.cwiseAbs().asDiagonal() * H;
   // Of a point on a face the matrix is singular, and nothing is off across.
-  Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
-  solver.setThreshold(1e-9);
-  solver.compute(products);
-  weights += weights.cwiseAbs().asDiagonal() * (H * solver.solve(off));
+  weights += weights.cwiseAbs().asDiagonal() * (H * solve_shortest(products, off, 1e-9));
 }
 
 std::vector<int> harmonic_weights(const Cage& cage, double spacing, const Positions& points, const Workers& workers,

@@ -2,15 +2,13 @@
 #include "cholesky/solver_choice.h"
 
 #include "cholesky/block_ldlt.h"
-#include "cholesky/references/eigen_solvers.h"
 
 namespace arap {
 
-std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
-                                                 const Workers& workers, TileFormat format, const MeterPart& meter) {
-  if (kind == LinearSolverKind::kBlockLdlt)
-    return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format, meter);
-  return make_eigen_solver(kind);
+std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, const Workers& workers, TileFormat format,
+                                                 const MeterPart& meter, const SolverFactory* factory) {
+  if (factory != nullptr) return factory->make(pattern);
+  return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format, meter);
 }
 
 }  // namespace arap

@@ -71,7 +71,7 @@ SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagona
 
 }  // namespace
 
-ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SolverFactory* factory, const SparseMatrix& K,
                                      const std::vector<int>& components, SystemConstraints constraints,
                                      const Progress& progress, Workers workers)
     : matrix_(&K),
@@ -95,7 +95,7 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKin
   }
   meter.reach(kFactorization);
   find_moves(components);
-  factorize(solver, kind, K, constraints, {&meter, kBeforeBorder - kFactorization - kRounding});
+  factorize(solver, factory, K, constraints, {&meter, kBeforeBorder - kFactorization - kRounding});
   meter.reach(kBeforeBorder);
   prepare_border({&meter, kAfterBorder - kBeforeBorder - kRounding});
   meter.reach(1.0);
@@ -107,17 +107,17 @@ SparseMatrix ConstrainedSystem::grounded() const {
   return held;
 }
 
-void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+void ConstrainedSystem::factorize(const LinearSolver& solver, const SolverFactory* factory, const SparseMatrix& K,
                                   const SystemConstraints& constraints, const MeterPart& meter) {
   if (!constraints.soft_rows.empty() || !constraints.stiff_rows.empty())
-    factorize_with_rows(kind, K, constraints, meter);
+    factorize_with_rows(factory, K, constraints, meter);
   else if (grounded_.empty())
     factor_ = solver.factorize(*matrix_, is_fixed_, meter);
   else
     factor_ = solver.factorize(grounded(), is_fixed_, meter);
 }
 
-void ConstrainedSystem::factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K,
+void ConstrainedSystem::factorize_with_rows(const SolverFactory* factory, const SparseMatrix& K,
                                             const SystemConstraints& constraints, const MeterPart& meter) {
   const int n = static_cast<int>(K.rows());
   const RowMatrix soft(constraints.soft_rows, n);
@@ -131,7 +131,7 @@ void ConstrainedSystem::factorize_with_rows(LinearSolverKind kind, const SparseM
   move_forces_ = (of_soft + of_stiff) * moves_;
   const SparseMatrix held = grounded() + of_stiff;
   // Halves could not tell K beside rows.
-  factor_ = make_linear_solver(held, kind, workers_, TileFormat::kFloat, meter.part(0.5))
+  factor_ = make_linear_solver(held, workers_, TileFormat::kFloat, meter.part(0.5), factory)
                 ->factorize(held, is_fixed_, meter.part(0.5));
   if (!stiff.empty()) stiff_ = std::make_unique<StiffRows>(std::move(stiff), penalties, weights, workers_);
 }
@@ -175,11 +175,10 @@ int ConstrainedSystem::sort_by_rows(const std::vector<int>& components, const Sy
         stretch(r, column) += rows[r].coefficients[k] / largest;
   }
   stretch = (stretch.array().abs() > kBalanced).select(stretch, 0.0);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(stretch);
-  qr.setThreshold(kBalanced);
+  const auto [order, rank] = pivot_columns(stretch, kBalanced);
   const std::vector<int> given = unheld;
-  for (size_t k = 0; k < unheld.size(); ++k) unheld[k] = given[qr.colsPermutation().indices()[static_cast<int>(k)]];
-  return static_cast<int>(qr.rank());
+  for (size_t k = 0; k < unheld.size(); ++k) unheld[k] = given[order[static_cast<int>(k)]];
+  return rank;
 }
 
 void ConstrainedSystem::find_moves(const std::vector<int>& components) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "arap/options.h"
 #include "cholesky/linear_solver.h"
-#include "constraints/least_squares.h"
 #include "constraints/linear_rows.h"
 #include "constraints/stiff_rows.h"
+#include "dense/least_squares.h"
 #include "parallel/meter.h"
 #include "parallel/workers.h"
 #include "sparse/sparse.h"
@@ -46,12 +46,13 @@ struct SystemConstraints {
 /// rows there are differences), the grounding stays: no force pulls at it, and the component is not carried away.
 class ConstrainedSystem {
  public:
-  /// @param solver      made for the pattern of K, of this kind
+  /// @param solver      made for the pattern of K
+  /// @param factory     as it was made, for other patterns
   /// @param K           (n, n) symmetric positive semi-definite, stored whole, with its diagonal; must outlive the
   /// system
   /// @param components  (n,) its connected_components()
   /// Throws SolverError, or Cancelled.
-  ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+  ConstrainedSystem(const LinearSolver& solver, const SolverFactory* factory, const SparseMatrix& K,
                     const std::vector<int>& components, SystemConstraints constraints, const Progress& progress,
                     Workers workers = Workers(1));
   ConstrainedSystem(const ConstrainedSystem&) = delete;  // stiff_ refers to factor_
@@ -79,9 +80,9 @@ class ConstrainedSystem {
   void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:
-  void factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+  void factorize(const LinearSolver& solver, const SolverFactory* factory, const SparseMatrix& K,
                  const SystemConstraints& constraints, const MeterPart& meter);
-  void factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K, const SystemConstraints& constraints,
+  void factorize_with_rows(const SolverFactory* factory, const SparseMatrix& K, const SystemConstraints& constraints,
                            const MeterPart& meter);
   /// A with grounding.
   [[nodiscard]] SparseMatrix grounded() const;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "constraints/handle_rotations.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +13,7 @@
 
 #include "base/eigen_compat.h"
 #include "base/union_find.h"
+#include "dense/small_matrices.h"
 #include "geometry/rotation.h"
 #include "geometry/rotation_vectors.h"
 
@@ -117,9 +117,9 @@ std::optional<Matrix3> HandleRotations::best_rotation(const Positions& from, con
     S += weight_of_row_[k] * (to.row(k) - sum_of(k) * mean_to).transpose() * arm;
     scatter += weight_of_row_[k] * arm.transpose() * arm;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter, Eigen::EigenvaluesOnly);
+  const Vector3 widths = symmetric_eigenvalues(scatter);  // squared
   constexpr double kFlat = 1e-8;  // squared: a width of 1e-4 of the length determines a rotation about it
-  if (eigen.eigenvalues()[1] <= kFlat * eigen.eigenvalues()[2]) return std::nullopt;
+  if (widths[1] <= kFlat * widths[2]) return std::nullopt;
   return nearest_rotation(S, Matrix3::Identity());
 }
 

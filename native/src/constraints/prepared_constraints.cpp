@@ -57,7 +57,7 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
   find_weak_hold(model);
   SystemConstraints of_system = system_constraints(soft_diagonal, soft_rows.rows, stiff_rows.rows);
   require_movable(constraints.set, of_system.is_fixed);
-  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.linear_solver, model.system_matrix(),
+  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.solver_factory, model.system_matrix(),
                                                 model.components, std::move(of_system), progress, model.workers);
   mixed_patches = MixedPatches(regions, patches, *system_);
 }
@@ -294,8 +294,8 @@ const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedMod
     else
       laplacian_matrix_ = regions.reduce(K_squared);
     laplacian_system_ = std::make_unique<ConstrainedSystem>(
-        *make_linear_solver(laplacian_matrix_, model.linear_solver, model.workers), model.linear_solver,
-        laplacian_matrix_, connected_components(laplacian_matrix_),
+        *make_linear_solver(laplacian_matrix_, model.workers, TileFormat::kHalf, {}, model.solver_factory),
+        model.solver_factory, laplacian_matrix_, connected_components(laplacian_matrix_),
         system_constraints(soft, laplacian_rows(soft_rows.rows, stiffness_),
                            laplacian_rows(stiff_rows.rows, stiffness_)),
         Progress{}, model.workers);

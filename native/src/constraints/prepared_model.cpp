@@ -14,7 +14,7 @@ namespace arap {
 
 std::unique_ptr<LinearSolver> PreparedModel::make_solver(const MeterPart& meter) {
   if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
-  return make_linear_solver(system_matrix(), linear_solver, workers, TileFormat::kHalf, meter);
+  return make_linear_solver(system_matrix(), workers, TileFormat::kHalf, meter, solver_factory);
 }
 
 void PreparedModel::choose_precision() {

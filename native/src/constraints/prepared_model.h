@@ -23,12 +23,12 @@ struct PreparedModel {
   Positions rest;                   ///< (n, 3), centred, of size 1: tolerances are parts of it
   std::vector<int> part_of_vertex;  ///< (n,) connected component of the input, -1 = isolated vertex
   int n_parts = 0;
-  Workers workers;  ///< of the bind and of iterations
-  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
-  bool fits_single = false;              ///< whether single precision serves this energy
-  RigidRegions regions;                  ///< without constraints
-  std::vector<int> components;           ///< (n,) connected_components() of system_matrix()
-  std::unique_ptr<LinearSolver> solver;  ///< for its pattern
+  Workers workers;                                ///< of the bind and of iterations
+  const SolverFactory* solver_factory = nullptr;  ///< see Options
+  bool fits_single = false;                       ///< whether single precision serves this energy
+  RigidRegions regions;                           ///< without constraints
+  std::vector<int> components;                    ///< (n,) connected_components() of system_matrix()
+  std::unique_ptr<LinearSolver> solver;           ///< for its pattern
 
   PreparedModel() : regions({}, energy, rest) {}
   PreparedModel(const PreparedModel&) = delete;  // regions refers to energy and rest

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "constraints/rigid_regions.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <iterator>
 #include <map>
 #include <utility>
 
+#include "dense/small_matrices.h"
 #include "geometry/rotation.h"
 
 namespace arap {
@@ -219,11 +218,10 @@ void RigidRegions::find_anchor_rank(Region& region) {
   for (const Anchor& anchor : region.anchors) mean += anchor.rest / n;
   Matrix3 scatter = Matrix3::Zero();
   for (const Anchor& anchor : region.anchors) scatter += (anchor.rest - mean) * (anchor.rest - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
-  const Vector3& values = eigen.eigenvalues();
+  const auto [values, vectors] = symmetric_eigen(scatter);
   // Below these the anchors count as one point, or as a line: 1e-6 of the mesh, which has size 1.
   region.anchor_rank = values[2] <= 1e-12 ? 0 : (values[1] <= 1e-12 * values[2] ? 1 : 2);
-  region.anchor_axis = eigen.eigenvectors().col(2);
+  region.anchor_axis = vectors.col(2);
 }
 
 // The terms of the energy that join the region's motion (R, t) with itself are, with c the center,
@@ -429,7 +427,7 @@ Positions RigidRegions::turn_cells(const Positions& positions, Rotations& rotati
     Matrix3 H = Matrix3::Zero();
     for (const int v : region.members) H += positions.row(v).transpose() * (R * (rest(v) - held.center)).transpose();
     const Matrix3 resistance = H.trace() * Matrix3::Identity() - H;
-    const Vector3 torque = resistance.completeOrthogonalDecomposition().solve(twist(Q * R.transpose()));
+    const Vector3 torque = solve_symmetric(resistance, twist(Q * R.transpose()));
     for (const int v : region.members) gradient.row(v) = torque.cross(R * (rest(v) - held.center)).transpose();
   }
   return gradient;

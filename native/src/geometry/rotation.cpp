@@ -2,9 +2,9 @@
 #include "geometry/rotation.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
 
+#include "dense/small_matrices.h"
 #include "geometry/fit_quaternion.h"
 
 namespace arap {
@@ -14,14 +14,12 @@ namespace {
 /// The exact fit, ten times slower than refine_rotation().
 Matrix3 nearest_rotation_by_svd(const Matrix3& S, double scale, const Matrix3& previous) {
   // Scaled: the smallest covariances of a mesh are near the smallest doubles, where an SVD loses its digits.
-  const Eigen::JacobiSVD<Matrix3> svd(S / scale, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  auto [values, U, V] = svd(S / scale);
   // Rank 1 determines the image of one axis, but not the rotation about it: keep that.
   constexpr double kRank = 1e-13;
-  if (svd.singularValues()[1] <= kRank * svd.singularValues()[0])
-    return nearest_rotation_with_axis(previous, svd.matrixV().col(0), svd.matrixU().col(0), previous);
-  Matrix3 U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) = -U.col(2);
-  return U * svd.matrixV().transpose();
+  if (values[1] <= kRank * values[0]) return nearest_rotation_with_axis(previous, V.col(0), U.col(0), previous);
+  if ((U * V.transpose()).determinant() < 0) U.col(2) = -U.col(2);
+  return U * V.transpose();
 }
 
 /// exp([w]) to third order of w and orthogonal to rounding: the Cayley transform of w / 2.
@@ -95,9 +93,22 @@ void fit_quaternion(const double* S, const double* former, double* quaternion) {
   Eigen::Vector4d::Map(quaternion) = fitted.normalized().coeffs();
 }
 
+Matrix3 rotation_between(const Vector3& from, const Vector3& to) {
+  const Vector3 a = from.normalized();
+  const Vector3 b = to.normalized();
+  // Opposite ones tell no axis: about any one first, then by what is left, which is small and so well determined.
+  constexpr double kOpposite = -1 + 1e-12;
+  if (a.dot(b) < kOpposite) {
+    const Vector3 axis = a.unitOrthogonal();
+    return rotation_between(-a, b) * (2 * axis * axis.transpose() - Matrix3::Identity());
+  }
+  const Vector3 axis = a.cross(b);
+  return Eigen::Quaterniond(1 + a.dot(b), axis[0], axis[1], axis[2]).normalized().toRotationMatrix();
+}
+
 Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to, const Matrix3& previous) {
   const Vector3 turned = previous * from;
-  Matrix3 start = Eigen::Quaterniond::FromTwoVectors(turned, to).toRotationMatrix() * previous;
+  Matrix3 start = rotation_between(turned, to) * previous;
   // Rot(to, angle) * start: <., S> = cos * (tr M - to.M to) + sin * (to . vee M) + const with M = S start^T.
   const Matrix3 M = S * start.transpose();
   const Vector3 vee(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));

@@ -11,6 +11,10 @@ namespace arap {
 /// only if the maximum is not unique; if S is 0, the result is `previous`.
 [[nodiscard]] Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous);
 
+/// The rotation by the least angle that turns `from` to the direction of `to`; of opposite ones, about any axis across.
+/// Neither is 0.
+[[nodiscard]] Matrix3 rotation_between(const Vector3& from, const Vector3& to);
+
 /// The rotation that maximizes <R, S> under the constraint R from = to; `from` and `to` are unit vectors.
 [[nodiscard]] Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to,
                                                  const Matrix3& previous);

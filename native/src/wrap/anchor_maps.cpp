@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "wrap/anchor_maps.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "base/offsets.h"
+#include "dense/small_matrices.h"
+#include "geometry/rotation.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -28,13 +29,12 @@ Span span_of(const std::vector<Vector3>& directions) {
   Span span;
   Matrix3 sum = Matrix3::Zero();
   for (const Vector3& e : directions) sum += e * e.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(sum);
-  const Vector3& values = eigen.eigenvalues();
+  const auto [values, vectors] = symmetric_eigen(sum);
   if (!(values[2] > 0)) return span;
-  span.u = eigen.eigenvectors().col(2);
+  span.u = vectors.col(2);
   span.inverse = span.u * span.u.transpose() / values[2];
   if (!(values[1] >= kLeastAcross * values[2])) return span;
-  span.v = eigen.eigenvectors().col(1);
+  span.v = vectors.col(1);
   span.inverse += span.v * span.v.transpose() / values[1];
   return span;
 }
@@ -91,7 +91,7 @@ Matrix3 turn_of_line(const Vector3& u, const Vector3& change) {
   const Vector3 moved = u + change;
   const double growth = moved.norm() / u.norm();  // u may be rounded
   if (!(growth > 0)) return Matrix3::Zero();
-  return growth * Eigen::Quaterniond::FromTwoVectors(u, moved).toRotationMatrix() - Matrix3::Identity();
+  return growth * rotation_between(u, moved) - Matrix3::Identity();
 }
 
 void set_frame(std::vector<float>& frames, size_t anchor, const Span& span, const Vector3& place) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/available_memory.h"
+#include "base/eigen_compat.h"
 #include "base/offsets.h"
 #include "geometry/rotation.h"
 
@@ -59,9 +60,9 @@ WrapPoints::WrapPoints(const SurfaceAtRest& surface, const Positions& points, in
     sides_ = SurfaceSides(surface.triangles(), within, nearest, threads, used);
   }
   used_ = used.vertices();
-  used_rest_ = surface.places()(used_, Eigen::all);
+  used_rest_ = surface.places()(used_, all);
   for (size_t k = 0; k < used_.size(); k += used_.size() / kMostFitted + 1) fitted_.push_back(static_cast<int>(k));
-  const Positions fitted = used_rest_(fitted_, Eigen::all);
+  const Positions fitted = used_rest_(fitted_, all);
   fitted_mean_ = mean_of(fitted);
   fitted_square_ = (fitted.rowwise() - fitted_mean_.transpose()).squaredNorm();
   set_pieces(points, piece_of_point);

@@ -33,7 +33,7 @@ class System {
     std::filesystem::create_directories((root_ / path).parent_path());
     std::ofstream(root_ / path) << text;
   }
-  [[nodiscard]] size_t available() const { return available_memory(root_); }
+  [[nodiscard]] size_t available() const { return available_memory(root_.string()); }
 
  private:
   std::filesystem::path root_ =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every choice of Options::linear_solver does what linear_solver.h says, and all lead to the same shape.
+// The solver and the references do what linear_solver.h says, and all lead to the same shape.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,18 +11,20 @@
 
 #include "arap/error.h"
 #include "cholesky/solver_choice.h"
+#include "references/eigen_solvers.h"
 #include "support/helpers.h"
 
 namespace arap_test {
 namespace {
 
 using arap::InitialGuess;
-using arap::LinearSolverKind;
+using arap::reference_solver;
+using arap::ReferenceSolver;
 using arap::SolverError;
 using arap::SparseMatrix;
 
 struct Kind {
-  LinearSolverKind kind;
+  const arap::SolverFactory* factory;
   const char* name;
   double tolerance;       ///< of one solve, relative to the solution
   bool tells_indefinite;  ///< also if the diagonal is positive
@@ -30,12 +32,12 @@ struct Kind {
 
 void PrintTo(const Kind& kind, std::ostream* stream) { *stream << kind.name; }
 
-constexpr std::array kKinds = {
-    Kind{LinearSolverKind::kBlockLdlt, "block_ldlt", 5e-3, true},
-    Kind{LinearSolverKind::kSimplicialLdlt, "simplicial_ldlt", 1e-11, true},
-    Kind{LinearSolverKind::kSparseLu, "sparse_lu", 1e-11, true},
-    Kind{LinearSolverKind::kSparseQr, "sparse_qr", 1e-11, false},
-    Kind{LinearSolverKind::kBiCgStab, "bicgstab", 1e-7, false},
+const std::array kKinds = {
+    Kind{kOwnSolver, "block_ldlt", 5e-3, true},
+    Kind{exact_solver(), "simplicial_ldlt", 1e-11, true},
+    Kind{&reference_solver(ReferenceSolver::kSparseLu), "sparse_lu", 1e-11, true},
+    Kind{&reference_solver(ReferenceSolver::kSparseQr), "sparse_qr", 1e-11, false},
+    Kind{&reference_solver(ReferenceSolver::kBiCgStab), "bicgstab", 1e-7, false},
 };
 
 /// A small matrix, row by row.
@@ -57,7 +59,8 @@ class LinearSolverKinds : public testing::TestWithParam<Kind> {
  protected:
   [[nodiscard]] std::unique_ptr<arap::Factorization> factorize(const SparseMatrix& A,
                                                                const std::vector<int>& erased) const {
-    return arap::make_linear_solver(A, GetParam().kind, arap::Workers(2))->factorize(A, erase(A.rows(), erased));
+    return arap::make_linear_solver(A, arap::Workers(2), arap::TileFormat::kHalf, {}, GetParam().factory)
+        ->factorize(A, erase(A.rows(), erased));
   }
 
   void expect_refused(const SparseMatrix& A, const std::vector<int>& erased) const {
@@ -138,10 +141,10 @@ TEST_P(LinearSolverKinds, WhatIsErasedMayBeAnything) {
 
 TEST_P(LinearSolverKinds, RefusesASingularMatrix) {
   const SparseMatrix A = matrix(3, {1, 1, 0, 1, 1, 0, 0, 0, 1});
-  if (GetParam().kind != LinearSolverKind::kBiCgStab) return expect_refused(A, {});
+  if (GetParam().factory != &reference_solver(ReferenceSolver::kBiCgStab)) return expect_refused(A, {});
   Positions b = Positions::Zero(3, 3);
   b.row(0).setOnes();  // not in the range of A
-  expect_error<SolverError>([&] { factorize(A, {})->solve(b); }, {"BiCGSTAB did not converge", "linear_solver"});
+  expect_error<SolverError>([&] { factorize(A, {})->solve(b); }, {"BiCGSTAB did not converge", "another solver"});
 }
 
 TEST_P(LinearSolverKinds, CholeskyAndLuRefuseIndefiniteMatricesWithAPositiveDiagonal) {
@@ -171,11 +174,9 @@ TEST_P(LinearSolverKinds, SurfacesConvergeToTheSameShape) {
   task.constraints.strengths.front() = .5;
   task.add_patch({middle, middle + 1}, {1, 1},
                  (mesh.vertices[middle] + mesh.vertices[middle + 1]) / 2 + Vector3(0, 0, .05) * mesh.diagonal());
-  arap::Options plain;
-  plain.linear_solver = LinearSolverKind::kSimplicialLdlt;
   arap::Options options;
-  options.linear_solver = GetParam().kind;
-  const arap::SolveResult expected = solve_once(mesh, task, to_accuracy(1e-9), plain);
+  options.solver_factory = GetParam().factory;
+  const arap::SolveResult expected = solve_once(mesh, task, to_accuracy(1e-9), exactly());
   for (const InitialGuess guess :
        {InitialGuess::kRest, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations}) {
     const arap::SolveResult result = solve_once(mesh, task, to_accuracy(1e-9, guess), options);

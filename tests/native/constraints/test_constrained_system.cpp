@@ -26,8 +26,9 @@ using arap::SurfaceArap;
 
 // The system alone: against the dense saddle system.
 
-/// In double, so that one correction is exact.
-constexpr auto kSolver = arap::LinearSolverKind::kSimplicialLdlt;
+std::unique_ptr<arap::LinearSolver> make_solver(const SparseMatrix& pattern, const arap::SolverFactory* factory) {
+  return arap::make_linear_solver(pattern, arap::Workers(1), arap::TileFormat::kHalf, {}, factory);
+}
 
 struct Problem {
   SparseMatrix K;
@@ -92,16 +93,16 @@ struct Problem {
   }
 
   void expect_solved(const std::string& what) const {
-    for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt}) expect_solved_by(kind, what);
+    for (const auto* factory : {exact_solver(), kOwnSolver}) expect_solved_by(factory, what);
   }
 
-  void expect_solved_by(arap::LinearSolverKind kind, const std::string& what) const {
+  void expect_solved_by(const arap::SolverFactory* factory, const std::string& what) const {
     const auto n = static_cast<int>(K.rows());
     const Positions b = Random(71).noise(n, 1);
     const Positions x = Random(72).noise(n, 1);
     const Positions targets = Random(73).noise(static_cast<int>(averages.size()) + stiff_rows.size(), 1);
-    const auto solver = arap::make_linear_solver(K, kind);
-    const ConstrainedSystem system(*solver, kind, K, arap::connected_components(K), constraints(), {});
+    const auto solver = make_solver(K, factory);
+    const ConstrainedSystem system(*solver, factory, K, arap::connected_components(K), constraints(), {});
     Positions residual;
     system.multiply(x, residual);
     residual = b - residual;
@@ -116,7 +117,7 @@ struct Problem {
     const double size = 1 + expected.cwiseAbs().maxCoeff();
     EXPECT_LT(max_distance(x + exact, expected), 1e-8 * size) << what;
     // Stiff rows are met by iteration, and a rounded factor does not find the end at once.
-    const bool is_exact = stiff_rows.empty() && kind == kSolver;
+    const bool is_exact = stiff_rows.empty() && factory != kOwnSolver;
     EXPECT_LT(max_distance(x + residual, expected), (is_exact ? 1e-9 : 1e-2) * size) << what;
     for (size_t k = 0; k < averages.size(); ++k)
       EXPECT_LT((averages[k].of(x + residual) - targets.row(static_cast<int>(k))).norm(), 1e-12 * size) << what;
@@ -149,16 +150,16 @@ TEST(ConstrainedSystem, TheStiffnessOfTheWholeDoesNotMatter) {
   Problem problem(bumpy_sphere(1));
   problem.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{30, 31}, {.5, .5}}, {{6, 12}, {.1, .9}}};
   const auto n = static_cast<int>(problem.K.rows());
-  const auto solved = [&](arap::LinearSolverKind kind, double stiffness) {
+  const auto solved = [&](const arap::SolverFactory* factory, double stiffness) {
     const SparseMatrix K = stiffness * problem.K;
-    const auto solver = arap::make_linear_solver(K, kind);
-    const ConstrainedSystem system(*solver, kind, K, arap::connected_components(K), problem.constraints(), {});
+    const auto solver = make_solver(K, factory);
+    const ConstrainedSystem system(*solver, factory, K, arap::connected_components(K), problem.constraints(), {});
     Positions x = stiffness * Random(71).noise(n, 1);
     system.correct_to(1e-14, x, Random(73).noise(3, 1));
     return x;
   };
-  for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt})
-    EXPECT_LT(max_distance(solved(kind, 1e14), solved(kind, 1)), 1e-8);
+  for (const auto* factory : {exact_solver(), kOwnSolver})
+    EXPECT_LT(max_distance(solved(factory, 1e14), solved(factory, 1)), 1e-8);
 }
 
 TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
@@ -229,7 +230,7 @@ TEST(ConstrainedSystem, MultipliersAreTheForcesOfAveragesAndStiffRows) {
   problem.averages = {{{8, 9}, {.5, .5}}};
   problem.stiff_rows.add({{5, 30}, {.5, .5}}, 3000);
   problem.stiff_rows.add({{17}, {1}}, 1e6);
-  const ConstrainedSystem system(*arap::make_linear_solver(problem.K, kSolver), kSolver, problem.K,
+  const ConstrainedSystem system(*make_solver(problem.K, exact_solver()), exact_solver(), problem.K,
                                  arap::connected_components(problem.K), problem.constraints(), {});
   const Positions b = Random(71).noise(static_cast<int>(problem.K.rows()), 1);
   const Positions targets = Random(73).noise(3, 1);
@@ -256,8 +257,8 @@ TEST(ConstrainedSystem, DifferencesAloneDoNotCarryComponentsAway) {
   soft.averages.pop_back();
   soft.soft_rows.add({{n + 8, 2 * n + 8}, {.3, -.3}}, 2);
   for (const Problem& problem : {one, chain, soft})
-    for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt}) {
-      const ConstrainedSystem system(*arap::make_linear_solver(problem.K, kind), kind, problem.K,
+    for (const auto* factory : {exact_solver(), kOwnSolver}) {
+      const ConstrainedSystem system(*make_solver(problem.K, factory), factory, problem.K,
                                      arap::connected_components(problem.K), problem.constraints(), {});
       // Nothing pulls at the components as a whole.
       Positions residual = Random(71).noise(static_cast<int>(problem.K.rows()), 1);
@@ -273,8 +274,8 @@ TEST(ConstrainedSystem, DifferencesAloneDoNotCarryComponentsAway) {
 TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
   Problem problem(bumpy_sphere(1));
   problem.is_fixed[0] = 1;
-  const auto solver = arap::make_linear_solver(problem.K, kSolver);
-  const ConstrainedSystem system(*solver, kSolver, problem.K, arap::connected_components(problem.K),
+  const auto solver = make_solver(problem.K, exact_solver());
+  const ConstrainedSystem system(*solver, exact_solver(), problem.K, arap::connected_components(problem.K),
                                  problem.constraints(), {});
   Positions residual = Positions::Zero(problem.K.rows(), 3);
   Positions multipliers;
@@ -325,8 +326,8 @@ TEST(ConstrainedSystem, ToSetAveragesTakesNoSolves) {
   for (int k = 1; k <= 90; ++k) problem.averages.push_back({{k, k + 9}, {.5, .5}});
   int n_solves = 0;
   const CountedSolver solver(problem.K, n_solves);
-  const ConstrainedSystem system(solver, arap::LinearSolverKind::kBlockLdlt, problem.K,
-                                 arap::connected_components(problem.K), problem.constraints(), {});
+  const ConstrainedSystem system(solver, kOwnSolver, problem.K, arap::connected_components(problem.K),
+                                 problem.constraints(), {});
   EXPECT_EQ(n_solves, 0);
 }
 
@@ -336,8 +337,8 @@ TEST(ConstrainedSystem, ManyAveragesReportProgressAndMayBeCancelled) {
   for (int k = 1; k <= 9; ++k) problem.averages.push_back({{k, k + 9}, {.5, .5}});
   const auto solver = arap::make_linear_solver(problem.K);
   const auto build = [&](const arap::Progress& progress) {
-    const ConstrainedSystem system(*solver, arap::LinearSolverKind::kBlockLdlt, problem.K,
-                                   arap::connected_components(problem.K), problem.constraints(), progress);
+    const ConstrainedSystem system(*solver, kOwnSolver, problem.K, arap::connected_components(problem.K),
+                                   problem.constraints(), progress);
   };
   std::vector<double> fractions;
   build([&](double fraction) {

@@ -507,7 +507,7 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
   arap::PreparedModel& model = surface.prepared;
   const double size = mesh.diagonal();
   arap::Options options;
-  options.linear_solver = arap::LinearSolverKind::kSimplicialLdlt;
+  options.solver_factory = exact_solver();
   MeshData of_size_1 = mesh;
   for (Vector3& vertex : of_size_1.vertices) vertex /= size;
   const std::vector<int> numbers = prepare_surface(surface, of_size_1.mesh(), options, {}, regions, {});

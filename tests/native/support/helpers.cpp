@@ -11,6 +11,7 @@
 #include "mesh/thickness_links.h"
 #include "models/model_space.h"
 #include "models/surface_arap/surface_energies.h"
+#include "references/eigen_solvers.h"
 #include "sampling/rotation_nodes.h"
 #include "sampling/surface_patch.h"
 
@@ -107,8 +108,10 @@ arap::SolveOptions iterations(int n, arap::InitialGuess guess) {
   return options;
 }
 
+const arap::SolverFactory* exact_solver() { return &arap::reference_solver(arap::ReferenceSolver::kSimplicialLdlt); }
+
 arap::Options exactly(arap::Options options) {
-  options.linear_solver = arap::LinearSolverKind::kSimplicialLdlt;
+  options.solver_factory = exact_solver();
   return options;
 }
 

@@ -77,6 +77,11 @@ Task hold(const MeshData& mesh, const std::vector<int>& vertices);
 
 arap::VertexProperties with_regions(std::vector<int> regions);
 
+/// The library's own solver, as a factory.
+constexpr const arap::SolverFactory* kOwnSolver = nullptr;
+/// Eigen's Cholesky, in double: one correction is exact.
+const arap::SolverFactory* exact_solver();
+
 /// With a linear solver in double: every single iteration is exact, not only the limit.
 arap::Options exactly(arap::Options options = {});
 

@@ -67,14 +67,14 @@ arap::LinearRow point_in(const TetMesh& mesh, int tet, const Eigen::Vector4d& co
 }
 
 arap::PreparedModel& assemble(arap::PreparedModel& model, const TetMesh& mesh, int threads,
-                              const std::vector<int>& region_of_vertex, arap::LinearSolverKind solver) {
+                              const std::vector<int>& region_of_vertex, const arap::SolverFactory* solver_factory) {
   arap::assemble_tet_energy(model.energy, mesh.positions(), mesh.tets(), {}, region_of_vertex, threads, {},
                             [] { return nullptr; });
   model.rest = mesh.positions();
   model.part_of_vertex = mesh.part_of_vertex();
   model.n_parts = mesh.n_parts();
   model.workers = arap::Workers(threads);
-  model.linear_solver = solver;
+  model.solver_factory = solver_factory;
   model.regions = arap::RigidRegions(region_of_vertex, model.energy, model.rest);
   model.solver = model.make_solver();
   model.keep_numbers();

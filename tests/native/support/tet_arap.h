@@ -26,14 +26,14 @@ arap::LinearRow point_in(const TetMesh& mesh, int tet, const Eigen::Vector4d& co
 /// The model of a mesh that is of size 1 already, its vertices numbered as they are.
 arap::PreparedModel& assemble(arap::PreparedModel& model, const TetMesh& mesh, int threads = 1,
                               const std::vector<int>& region_of_vertex = {},
-                              arap::LinearSolverKind solver = arap::LinearSolverKind::kBlockLdlt);
+                              const arap::SolverFactory* solver_factory = nullptr);
 
 /// The engine over tetrahedra, for what no face hands to it: rows. How little a model needs.
 class TetEngine {
  public:
   explicit TetEngine(const TetMesh& mesh, int threads = 1, const std::vector<int>& region_of_vertex = {},
-                     arap::LinearSolverKind solver = arap::LinearSolverKind::kBlockLdlt)
-      : engine_(assemble(model_, mesh, threads, region_of_vertex, solver)) {}
+                     const arap::SolverFactory* solver_factory = nullptr)
+      : engine_(assemble(model_, mesh, threads, region_of_vertex, solver_factory)) {}
 
   void set_constraints(const arap::ModelConstraints& constraints) { engine_.set_constraints(constraints, {}); }
   arap::IterationReport solve(const Positions& targets, const arap::SolveOptions& options) {

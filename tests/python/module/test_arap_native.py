@@ -213,22 +213,18 @@ def test_writing_to_what_a_solver_gave_does_not_reach_the_solver():
 
 def test_options_are_named_values():
     options = arap_native.Options(
-        energy="spokes", rigidity_radius=0.5, weights="uniform", linear_solver="sparse_lu", threads=2, join_seams=True
+        energy="spokes", rigidity_radius=0.5, weights="uniform", threads=2, join_seams=True
     )
-    assert (options.energy, options.weights, options.linear_solver) == ("spokes", "uniform", "sparse_lu")
+    assert (options.energy, options.weights) == ("spokes", "uniform")
     assert options.rigidity_radius == 0.5
     assert (options.threads, options.join_seams) == (2, True)
     assert repr(options) == (
-        "Options(energy='spokes', rigidity_radius=0.5, weights='uniform', linear_solver='sparse_lu', threads=2, "
-        "join_seams=True)"
+        "Options(energy='spokes', rigidity_radius=0.5, weights='uniform', threads=2, join_seams=True)"
     )
-    for solver in ("block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"):
-        options.linear_solver = solver
-        assert options.linear_solver == solver
 
     assert repr(arap_native.Options()) == (
-        "Options(energy='rotation_nodes', rigidity_radius=0.02, weights='cotangent', linear_solver='block_ldlt', "
-        "threads=0, join_seams=False)"
+        "Options(energy='rotation_nodes', rigidity_radius=0.02, weights='cotangent', threads=0, "
+        "join_seams=False)"
     )
 
     options = arap_native.SolveOptions(initial_guess="rest", max_iterations=3, time_limit_s=0.5)

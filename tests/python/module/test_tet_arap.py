@@ -91,8 +91,8 @@ def test_a_rigid_region_keeps_its_shape():
 
 
 def test_options_are_named_values():
-    assert repr(arap_native.TetOptions()) == "TetOptions(threads=0, linear_solver='block_ldlt')"
-    options = arap_native.TetOptions(threads=2, linear_solver="simplicial_ldlt")
+    assert repr(arap_native.TetOptions()) == "TetOptions(threads=0)"
+    options = arap_native.TetOptions(threads=2)
     assert arap_native.TetArap(*bar(), options).threads == 2
     with pytest.raises(ValueError, match=r"^threads = -1, must be "):
         options.threads = -1

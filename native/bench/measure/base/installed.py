@@ -33,6 +33,14 @@ def cgal_program() -> Path:
 
 
 @functools.cache
+def own_program() -> Path:
+    """The program that runs the library without Python, and with other sparse solvers; built."""
+    _run(".ci/setup", "native")
+    _build("arap_worker")
+    return PROGRAMS / "arap_worker"
+
+
+@functools.cache
 def cgal_library() -> Path:
     """What contenders/cgal.py loads, built."""
     _build_with_cgal("cgal_models")
@@ -55,7 +63,11 @@ def our_wheel(python: str) -> Path:
 
 def _build_with_cgal(target: str) -> None:
     _run(".ci/setup", "native", "peers")
-    _run("cmake", "--preset", "release", "-DARAP_BUILD_PEERS=ON")
+    _build(target, "-DARAP_BUILD_PEERS=ON")
+
+
+def _build(target: str, *options: str) -> None:
+    _run("cmake", "--preset", "release", *options)
     _run("cmake", "--build", "--preset", "release", "-j2", "--target", target)
 
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <mutex>
 #include <vector>
 
 #include "arap/types.h"
 #include "cages/cage_points.h"
+#include "dense/least_squares.h"
 
 namespace arap {
 
@@ -35,7 +35,7 @@ class CageFit {
   mutable Matrix gram_;       ///< Phi^T Phi / n; made when first needed, as what follows
   mutable Matrix smoothing_;
   mutable double smoothness_ = 0;  ///< of the factor
-  mutable Eigen::LDLT<Matrix> factor_;
+  mutable DenseLdlt factor_;
 };
 
 }  // namespace arap

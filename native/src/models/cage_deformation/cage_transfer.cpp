@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/cage_transfer.h"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <map>
 #include <vector>
 
-#include "arap/cage.h"
 #include "base/eigen_compat.h"
 #include "cages/cage_motion.h"
 #include "cholesky/preconditioned_cg.h"

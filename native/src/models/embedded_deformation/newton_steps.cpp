@@ -104,7 +104,7 @@ NewtonSteps::NewtonSteps(const DeformationGraph& graph, const EmbeddedOptions& o
   const Positions rest = graph.rest_state();
   solver_ =
       make_linear_solver(unknowns_->matrix(rest, Positions::Zero(rest.rows(), 3), NodeUnknowns::Curvature::kWhole),
-                         LinearSolverKind::kBlockLdlt, workers, TileFormat::kFloat, meter.part(0.8));
+                         workers, TileFormat::kFloat, meter.part(0.8));
 }
 
 NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOptions& options, const Progress& progress,

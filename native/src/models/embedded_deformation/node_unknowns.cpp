@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/embedded_deformation/node_unknowns.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <utility>
 
+#include "dense/small_matrices.h"
 #include "geometry/rotation_vectors.h"
 #include "models/embedded_deformation/deformation_graph.h"
 
@@ -35,11 +35,7 @@ using Curvature = NodeUnknowns::Curvature;
 
 /// What a matrix has of the second derivatives of a node.
 Matrix3 taken(Curvature curvature, const Matrix3& symmetric) {
-  if (curvature == Curvature::kWhole) return symmetric;
-  Eigen::SelfAdjointEigenSolver<Matrix3> solver;
-  solver.computeDirect(symmetric);
-  const Matrix3& axes = solver.eigenvectors();
-  return axes * solver.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+  return curvature == Curvature::kWhole ? symmetric : positive_part(symmetric);
 }
 
 /// Affine nodes: the unknowns are all numbers of the state, row by row.

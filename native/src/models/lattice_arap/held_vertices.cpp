@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/lattice_arap/held_vertices.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
 #include <utility>
+
+#include "dense/small_matrices.h"
 
 namespace arap {
 
@@ -40,18 +41,18 @@ HeldVertices::HeldVertices(const Lattice& lattice, const std::vector<double>& ar
 }
 
 void HeldVertices::add_rows(int piece, const Matrix27& normal, std::vector<Held> held) {
-  const Eigen::SelfAdjointEigenSolver<Matrix27> eigen(normal);
+  const auto [values, vectors] = symmetric_eigen(Eigen::MatrixXd(normal));
   // Weaker rows than that hold nothing that shows, and would be most of the rows.
-  const double least = 1e-5 * eigen.eigenvalues()[kControlPoints - 1];
-  const auto n_rows = (eigen.eigenvalues().array() > least).count();
+  const double least = 1e-5 * values[kControlPoints - 1];
+  const auto n_rows = (values.array() > least).count();
   const Lattice::ControlPoints& points = lattice_->control_points(piece);
   for (auto e = kControlPoints - n_rows; e < kControlPoints; ++e) {
-    const auto vector = eigen.eigenvectors().col(e);
-    rows_.add({{points.begin(), points.end()}, {vector.begin(), vector.end()}}, 2 * eigen.eigenvalues()[e]);
+    const auto vector = vectors.col(e);
+    rows_.add({{points.begin(), points.end()}, {vector.begin(), vector.end()}}, 2 * values[e]);
     sources_.push_back(held.front().source);
   }
-  pieces_.push_back({std::move(held), eigen.eigenvalues().tail(n_rows).cwiseInverse().asDiagonal() *
-                                          eigen.eigenvectors().rightCols(n_rows).transpose()});
+  pieces_.push_back(
+      {std::move(held), values.tail(n_rows).cwiseInverse().asDiagonal() * vectors.rightCols(n_rows).transpose()});
 }
 
 void HeldVertices::add_patch(const ConstraintSet& set, int p) {

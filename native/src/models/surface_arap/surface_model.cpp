@@ -43,7 +43,7 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
   prepared.part_of_vertex = mesh.part_of_vertex();
   prepared.n_parts = mesh.n_parts();
   prepared.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
-  prepared.linear_solver = options.linear_solver;
+  prepared.solver_factory = options.solver_factory;
   const std::vector<int> regions = without_single_vertices(region_of_vertex);
   prepared.regions = RigidRegions(regions, prepared.energy, prepared.rest);
   // The order of the unknowns takes a good part of a bind: the cells are made beside it.

@@ -132,7 +132,7 @@ std::vector<int> prepare_tets(PreparedModel& model, const TetMesh& mesh, const T
   model.part_of_vertex = mesh.part_of_vertex();
   model.n_parts = mesh.n_parts();
   model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
-  model.linear_solver = options.linear_solver;
+  model.solver_factory = options.solver_factory;
   const std::vector<int> regions = without_single_vertices(properties.rigid_regions);
   model.regions = RigidRegions(regions, model.energy, model.rest);
   const auto find_order = [&] {

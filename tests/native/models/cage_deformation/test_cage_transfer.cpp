@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arap/cage.h"
+#include "arap/cage_transfer.h"
 #include "arap/error.h"
 #include "support/cages.h"
 #include "support/helpers.h"

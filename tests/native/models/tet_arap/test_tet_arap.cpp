@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "arap/error.h"
+#include "references/eigen_solvers.h"
 #include "support/helpers.h"
 #include "support/tet_arap.h"
 
@@ -215,9 +216,9 @@ TEST(TetArap, ARigidRegionIsExactlyRigid) {
       regions[v] = 3;
       members.push_back(v);
     }
-  for (const auto kind : {arap::LinearSolverKind::kBlockLdlt, arap::LinearSolverKind::kSimplicialLdlt}) {
+  for (const auto* factory : {kOwnSolver, exact_solver()}) {
     TetOptions options;
-    options.linear_solver = kind;
+    options.solver_factory = factory;
     const Task task = bend(mesh, some_motion());
     const SolveResult result = solve(mesh, task, 1e-9, options, {{}, regions});
     EXPECT_LT(off_rigid(mesh.positions(), result.positions, members), 1e-12);
@@ -306,10 +307,10 @@ TEST(TetArap, EverySolverEndsAtTheSamePose) {
   const TetMesh mesh = uneven_bar();
   const Task task = bend(mesh, some_motion());
   const Positions expected = solve(mesh, task, 1e-10).positions;
-  for (const auto kind : {arap::LinearSolverKind::kSimplicialLdlt, arap::LinearSolverKind::kSparseLu,
-                          arap::LinearSolverKind::kSparseQr, arap::LinearSolverKind::kBiCgStab}) {
+  for (const auto kind : {arap::ReferenceSolver::kSimplicialLdlt, arap::ReferenceSolver::kSparseLu,
+                          arap::ReferenceSolver::kSparseQr, arap::ReferenceSolver::kBiCgStab}) {
     TetOptions options;
-    options.linear_solver = kind;
+    options.solver_factory = &arap::reference_solver(kind);
     EXPECT_LT(max_distance(solve(mesh, task, 1e-10, options).positions, expected), 1e-8);
   }
 }

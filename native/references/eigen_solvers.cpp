@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cholesky/references/eigen_solvers.h"
+#include "references/eigen_solvers.h"
 
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/OrderingMethods>
@@ -8,7 +8,9 @@
 #include <Eigen/SparseQR>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
+#include <vector>
 
 #include "arap/error.h"
 #include "base/eigen_compat.h"
@@ -120,7 +122,7 @@ class BiCgStab {
     if (iteration_.info() != Eigen::Success)
       throw SolverError(text("BiCGSTAB did not converge: residual ", iteration_.error(), " after ",
                              iteration_.iterations(), " iterations, wanted ", kTolerance,
-                             "; choose another linear_solver"));
+                             "; choose another solver"));
     return length * x;
   }
 
@@ -213,22 +215,32 @@ class EigenSolver final : public LinearSolver {
   }
 };
 
+template <class Solver>
+class EigenFactory final : public SolverFactory {
+ public:
+  [[nodiscard]] std::unique_ptr<LinearSolver> make(const SparseMatrix& /*pattern*/) const override {
+    return std::make_unique<EigenSolver<Solver>>();
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_eigen_solver(LinearSolverKind kind) {
+const SolverFactory& reference_solver(ReferenceSolver kind) {
+  static const EigenFactory<SimplicialLdlt> simplicial_ldlt;
+  static const EigenFactory<SparseLu> sparse_lu;
+  static const EigenFactory<SparseQr> sparse_qr;
+  static const EigenFactory<BiCgStab> bicgstab;
   switch (kind) {
-    case LinearSolverKind::kSimplicialLdlt:
-      return std::make_unique<EigenSolver<SimplicialLdlt>>();
-    case LinearSolverKind::kSparseLu:
-      return std::make_unique<EigenSolver<SparseLu>>();
-    case LinearSolverKind::kSparseQr:
-      return std::make_unique<EigenSolver<SparseQr>>();
-    case LinearSolverKind::kBiCgStab:
-      return std::make_unique<EigenSolver<BiCgStab>>();
-    case LinearSolverKind::kBlockLdlt:
+    case ReferenceSolver::kSparseLu:
+      return sparse_lu;
+    case ReferenceSolver::kSparseQr:
+      return sparse_qr;
+    case ReferenceSolver::kBiCgStab:
+      return bicgstab;
+    case ReferenceSolver::kSimplicialLdlt:
       break;
   }
-  return nullptr;
+  return simplicial_ldlt;
 }
 
 }  // namespace arap
