@@ -17,8 +17,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-IS_EXTENSION = bpy.app.version >= (4, 2, 0)
-MODULE = "bl_ext.user_default.arap_deform" if IS_EXTENSION else "arap_deform"
+MODULE = "bl_ext.user_default.arap_deform"
 PICTURE = (600, 640)  # pixels
 STRIP_PICTURE = (225, 290)
 STRIP_FRAMES = 8
@@ -51,11 +50,7 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
 
 def install(zip_path: Path) -> None:
     """Installs the add-on as a user would."""
-    if IS_EXTENSION:
-        bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
-    else:
-        bpy.ops.preferences.addon_install(filepath=str(zip_path))
-        bpy.ops.preferences.addon_enable(module=MODULE)
+    bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
     if MODULE not in bpy.context.preferences.addons:
         raise RuntimeError(f"The add-on of {zip_path.name} cannot be enabled")
 
@@ -81,14 +76,14 @@ def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str])
 def use_engine(scene: bpy.types.Scene, has_opengl: bool) -> None:
     """Chooses what looks good and is fast without a graphics card: Cycles if it can denoise, else Eevee.
 
-    Eevee on the processor takes seconds a picture before 4.2, and minutes from then on.
+    Eevee on the processor takes minutes a picture.
     """
     scene.eevee.taa_render_samples = SAMPLES
     can_denoise = True
     try:
         scene.cycles.denoiser = "OPENIMAGEDENOISE"
     except (AttributeError, TypeError):
-        can_denoise = False  # a Blender without Cycles, or built without the denoiser, as Debian's 3.4 is
+        can_denoise = False  # a Blender without Cycles, or built without the denoiser, as Debian's is
     if has_opengl and not can_denoise:
         return
     scene.render.engine = "CYCLES"
@@ -99,8 +94,7 @@ def use_engine(scene: bpy.types.Scene, has_opengl: bool) -> None:
     if not can_denoise:
         return
     scene.cycles.denoising_prefilter = "FAST"
-    if hasattr(scene.cycles, "denoising_quality"):  # 4.2 on
-        scene.cycles.denoising_quality = "FAST"
+    scene.cycles.denoising_quality = "FAST"
 
 
 def render_all(scene: bpy.types.Scene, out: Path) -> list[str]:

@@ -8,16 +8,6 @@ import importlib
 import sys
 from types import ModuleType
 
-bl_info = {
-    "name": "ARAP Deform",
-    "author": "ARAP Deform contributors",
-    "description": "Pose a mesh with handles, as rigidly as possible, and bake the poses to shape keys",
-    "version": (0, 1, 0),
-    "blender": (3, 4, 0),
-    "location": "3D View > Sidebar > ARAP",
-    "category": "Animation",
-}
-
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
     "props": ("pull", "preferences", "handles", "poses", "carry", "object"),

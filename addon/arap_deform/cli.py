@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Poses and bakes the objects of a .blend without a window.
 
-    blender --command arap bake creature.blend -o baked.blend --start 1 --end 48          Blender 4.2 and later
-    blender -b creature.blend --python-exit-code 1 --python-expr "from arap_deform import cli; cli.run()" --
-        bake -o baked.blend
+    blender --command arap bake creature.blend -o baked.blend --start 1 --end 48
 
 Exit code 0 on success, else 1 (2 for a wrong command line) and one line with the reason.
 """
@@ -51,8 +49,6 @@ def main(arguments: Sequence[str]) -> int:
         options = _parser().parse_args(list(arguments))
     except SystemExit as end:
         return int(end.code or 0)
-    if not hasattr(bpy.types.Object, "arap"):
-        return _failed("the add-on is not enabled: tick it in Preferences or add --addons arap_deform")
     try:
         _run(options)
     except (*native.ERRORS, OSError) as error:
@@ -62,24 +58,16 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def run() -> NoReturn:
-    """For --python and --python-expr: runs the arguments after ``--`` and ends Blender with the exit code."""
-    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
-    sys.exit(main(arguments))
-
-
 def register() -> None:
-    """Registers ``blender --command arap`` if Blender has commands (4.2)."""
+    """Registers ``blender --command arap``."""
     global _command  # noqa: PLW0603 - Blender asks for it back to unregister
-    if hasattr(bpy.utils, "register_cli_command"):
-        _command = bpy.utils.register_cli_command(COMMAND, main)
+    _command = bpy.utils.register_cli_command(COMMAND, main)
 
 
 def unregister() -> None:
     global _command  # noqa: PLW0603
-    if _command is not None:
-        bpy.utils.unregister_cli_command(_command)
-        _command = None
+    bpy.utils.unregister_cli_command(_command)
+    _command = None
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -27,20 +27,12 @@ USER_FOLDER = "ARAP_TEST_USER_FOLDER"
 def start_again() -> None:
     """Replaces this process by one whose user folder is a throw-away one: Blender looks for it when it starts."""
     folder = tempfile.mkdtemp(prefix="arap-test-")
-    parts = {
-        "BLENDER_USER_RESOURCES": folder,  # 4.2 and later
-        "BLENDER_USER_CONFIG": f"{folder}/config",
-        "BLENDER_USER_SCRIPTS": f"{folder}/scripts",
-        "BLENDER_USER_DATAFILES": f"{folder}/datafiles",
-    }
-    for part in parts.values():
-        Path(part).mkdir(exist_ok=True)
     command = [sys.executable, *sys.argv]
     if "bpy" in sys.modules:
         import bpy
 
         command = [bpy.app.binary_path, *sys.argv[1:]]
-    environment = {**os.environ, **parts, USER_FOLDER: folder}
+    environment = {**os.environ, "BLENDER_USER_RESOURCES": folder, USER_FOLDER: folder}
     if sys.platform == "win32":  # there, a process that replaces itself ends, and what it becomes has no output
         sys.exit(subprocess.run(command, env=environment, check=False).returncode)
     os.execve(command[0], command, environment)
@@ -50,12 +42,8 @@ def install(zip_path: Path) -> str:
     """Installs and enables as a user does; returns the name of the add-on's package."""
     import bpy
 
-    if not zip_path.stem.endswith("legacy"):
-        bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
-        return "bl_ext.user_default.arap_deform"
-    bpy.ops.preferences.addon_install(filepath=str(zip_path))
-    bpy.ops.preferences.addon_enable(module="arap_deform")
-    return "arap_deform"
+    bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
+    return "bl_ext.user_default.arap_deform"
 
 
 def found(folder: Path) -> Iterator[unittest.TestCase]:

@@ -3,7 +3,6 @@
 
 import contextlib
 import io
-import os
 import subprocess
 import sys
 import unittest.mock
@@ -179,14 +178,6 @@ class CliTest(SceneTest):
             self.assert_failed(message, "bake", self.input, "-o", self.output, *options)
         self.assertFalse(self.output.exists())
 
-    def test_an_add_on_that_is_not_enabled_fails(self):
-        self.save_scene()
-        properties = module("props.object")
-        properties.unregister()
-        self.addCleanup(properties.register)
-        message = "the add-on is not enabled: tick it in Preferences or add --addons arap_deform"
-        self.assert_failed(message, "pose", self.input, "-o", self.output)
-
     def test_a_wrong_command_line_gives_one_line_and_code_2(self):
         self.assert_failed("the following arguments are required: command", code=2)
         self.assert_failed("unrecognized arguments: --fast", "pose", "--fast", code=2)
@@ -215,10 +206,7 @@ class CliTest(SceneTest):
             self.assert_failed(message, "pose", self.input, "-o", self.output)
 
     def test_in_a_blender_of_its_own(self):
-        """As a user types it: as a command where Blender has commands (4.2), else through --python-expr.
-
-        bpy from PyPI has no executable, there a Python script stands for it.
-        """
+        """As a user types it. bpy from PyPI has no executable, there a Python script stands for it."""
         self.save_scene()
         arguments = ["bake", str(self.input), "--end", "3", "-o", str(self.output)]
         for wanted_code, extra in ((0, []), (1, []), (2, ["--fast"])):  # the second time the output exists
@@ -228,22 +216,11 @@ class CliTest(SceneTest):
         self.assertIn("ARAP_0003", self.load(self.output).data.shape_keys.key_blocks)
 
     def blender(self, arguments: list[str]) -> subprocess.CompletedProcess[str]:
-        call = f"from {support.PACKAGE} import cli; cli.run()"
-        if bpy.app.binary_path and hasattr(bpy.utils, "register_cli_command"):
+        if bpy.app.binary_path:
             bpy.ops.wm.save_userpref()  # in the throw-away user folder: there the add-on is enabled
             command = [bpy.app.binary_path, "--command", "arap", *arguments]
-        elif bpy.app.binary_path:
-            # The user folder is this process's, its preferences were not saved: enable for this one alone.
-            command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", support.PACKAGE]
-            command += ["--python-exit-code", "1", "--python-expr", call, "--", *arguments]
         else:
-            enable = f"import bpy; bpy.ops.preferences.addon_enable(module={support.PACKAGE!r})"
-            command = [sys.executable, "-c", f"{enable}; {call}", "--", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=False, env=dict(os.environ), timeout=300)
-
-
-class RegistrationTest(SceneTest):
-    def test_the_command_is_registered_where_blender_has_commands(self):
-        has_commands = hasattr(bpy.utils, "register_cli_command")
-        self.assertEqual(has_commands, bpy.app.version >= (4, 2, 0))
-        self.assertEqual(module("cli")._command is not None, has_commands)
+            enable = f"import bpy, sys; bpy.ops.preferences.addon_enable(module={support.PACKAGE!r})"
+            call = f"from {support.PACKAGE} import cli; sys.exit(cli.main(sys.argv[1:]))"
+            command = [sys.executable, "-c", f"{enable}; {call}", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False)

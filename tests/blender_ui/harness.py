@@ -34,17 +34,13 @@ from gate import Gate  # noqa: E402
 TICKS_A_STEP = 4  # an event takes up to this many turns of the main loop until everything has seen it
 HANG_LIMIT_S = 300.0  # nothing that a test waits for takes nearly as long, on any machine
 BEGINS, PASSED, FAILED = "UI TEST BEGINS", "UI TEST PASSED", "UI TEST FAILED"
-IS_EXTENSION = bpy.app.version >= (4, 2, 0)
-MODULE = "bl_ext.user_default.arap_deform" if IS_EXTENSION else "arap_deform"
+MODULE = "bl_ext.user_default.arap_deform"
 
 Steps = Iterator[None]
 
 
 def install(zip_path: str) -> None:
-    if IS_EXTENSION:
-        bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default", enable_on_install=False)
-    else:
-        bpy.ops.preferences.addon_install(filepath=zip_path)
+    bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default", enable_on_install=False)
     bpy.ops.preferences.addon_enable(module=MODULE)
     if MODULE not in bpy.context.preferences.addons:
         raise RuntimeError(f"{MODULE} cannot be enabled after its installation")
@@ -252,14 +248,8 @@ class Ui:
         yield  # the tabs are there once they were drawn
         yield
         region = self.region("UI")
-        if hasattr(region, "active_panel_category"):  # 4.2
-            region.active_panel_category = "ARAP"
-            region.tag_redraw()
-        else:
-            yield from self.move_mouse(region.x + region.width - 8, region.y + region.height // 3)
-            for _ in range(5):  # over the tabs, the wheel goes from one to the next and stops at the last
-                self.event("WHEELDOWNMOUSE")
-                yield
+        region.active_panel_category = "ARAP"
+        region.tag_redraw()
         yield from self.until(lambda: n_drawn > 0, "the tab is shown")
         panel.draw = draw
         yield from self.move_mouse_to_view()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A monkey at the window: random but legal input, acts one after the other whatever the one before has left behind.
 
-ARAP_MONKEY_ACTS says how many at least (100), ARAP_MONKEY_MINUTES how long at least (0; the runner's --hang-limit must
-be longer), ARAP_MONKEY_SEED which (1). Each act is printed before it is done, so a failure tells the way to it. After
+ARAP_MONKEY_ACTS says how many at least (100), ARAP_MONKEY_MINUTES how long at least (0), ARAP_MONKEY_SEED
+which (1). Each act is printed before it is done, so a failure tells the way to it. After
 each: the meshes are where finite numbers can be drawn, rest shapes are untouched, nothing was printed that looks like
 an exception (the runner's part).
 """

@@ -12,7 +12,6 @@ from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
 from ..core.naming import listed
-from ..scene import versions
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range
 from .frames_job import FramesJob
@@ -129,7 +128,7 @@ def add_mesh_cache_modifier(obj: bpy.types.Object, path: Path, start: int, step:
     modifier = obj.modifiers.get(MODIFIER_NAME)
     if modifier is None or modifier.type != "MESH_CACHE":
         modifier = obj.modifiers.new(MODIFIER_NAME, "MESH_CACHE")
-        versions.move_modifier_first(obj, modifier)
+        obj.modifiers.move(obj.modifiers.find(modifier.name), 0)
     modifier.cache_format = format_of(path)
     modifier.filepath = shown_path(path)
     modifier.interpolation = "LINEAR"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .session_data import Readout
 
 # An update may take this long while a handle moves: with the rest of a frame that gives about sixty frames a second.
-# The solve gets what the checks and writing the key (slow before Blender 4.1) leave of it. It does at least one
+# The solve gets what the checks and writing the key leave of it. It does at least one
 # iteration, so a mesh that is too heavy for that still follows.
 FOLLOW_TIME_LIMIT_S = 0.014
 LEAST_TIME_LIMIT_S = 1e-4

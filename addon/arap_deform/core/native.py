@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Loads arap_native, or says exactly why it cannot.
 
-An extension's wheel is installed by Blender, so a plain import finds it. The legacy zip carries the module inside
-the package, one folder for each Python; it is loaded from there by its path, and sys.path stays as it is.
+Blender installs the wheel of an extension, so a plain import finds it.
 """
 
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import platform
 import sys
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -22,7 +19,6 @@ MODULE = "arap_native"
 PLATFORMS = ("windows-x64", "linux-x64", "linux-arm64", "macos-arm64")
 SYSTEMS = {"Windows": "windows", "Linux": "linux", "Darwin": "macos"}
 MACHINES = {"AMD64": "x64", "x86_64": "x64", "ARM64": "arm64", "arm64": "arm64", "aarch64": "arm64"}
-LEGACY_FOLDER = Path(__file__).resolve().parents[1] / "native_modules"
 
 ERRORS = (ValueError, RuntimeError, MemoryError, np.linalg.LinAlgError)
 """What scene and solver raise with a sentence for the user. Any other exception is a fault in the add-on."""
@@ -54,19 +50,19 @@ def problem() -> str:
     global _module, _problem  # noqa: PLW0603 - loaded once, at first use
     if _problem is None:
         try:
-            _module = _load(LEGACY_FOLDER)
+            _module = _load()
             _problem = ""
         except RuntimeError as error:
             _problem = str(error)
     return _problem
 
 
-def _load(legacy_folder: Path) -> ModuleType:
+def _load() -> ModuleType:
     loaded = sys.modules.get(MODULE)
     if loaded is not None:
         _check_version(loaded, "Blender still runs solver module", "save your work and restart Blender")
         return loaded
-    module = _from_folder(legacy_folder) if legacy_folder.is_dir() else _from_wheel()
+    module = _from_wheel()
     try:
         _check_version(module, "the installed solver module is", "remove the add-on and install its zip again")
     except RuntimeError:
@@ -87,49 +83,24 @@ def _from_wheel() -> ModuleType:
         return importlib.import_module(MODULE)
     except ModuleNotFoundError as error:
         if error.name != MODULE:
-            raise _cannot_load("its wheel", error) from error
+            raise _cannot_load(error) from error
         raise RuntimeError(f"The solver module is missing for {_here()}: {_remedy()}") from error
     except ImportError as error:
-        raise _cannot_load("its wheel", error) from error
+        raise _cannot_load(error) from error
 
 
-def _from_folder(folder: Path) -> ModuleType:
-    tag = f"cp{sys.version_info.major}{sys.version_info.minor}"
-    init = folder / tag / MODULE / "__init__.py"
-    if not init.is_file():
-        others = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_dir())) or "nothing"
-        raise RuntimeError(
-            f"The solver module is missing for {_here()}: {folder} holds {others}, not {tag}; {_remedy(is_legacy=True)}"
-        )
-    spec = importlib.util.spec_from_file_location(MODULE, init, submodule_search_locations=[str(init.parent)])
-    if spec is None or spec.loader is None:
-        raise RuntimeError(f"The solver module at {init} cannot be read: remove the add-on and install its zip again")
-    module = importlib.util.module_from_spec(spec)
-    before = set(sys.modules)
-    sys.modules[MODULE] = module
-    try:
-        spec.loader.exec_module(module)
-    except ImportError as error:
-        for name in [name for name in sys.modules if name not in before and name.split(".")[0] == MODULE]:
-            del sys.modules[name]
-        raise _cannot_load(str(init.parent), error, is_legacy=True) from error
-    return module
-
-
-def _cannot_load(place: str, error: ImportError, *, is_legacy: bool = False) -> RuntimeError:
+def _cannot_load(error: ImportError) -> RuntimeError:
     reason = " ".join(str(error).split())
-    return RuntimeError(
-        f"The solver module in {place} cannot be loaded by {_here()} ({reason}): {_remedy(is_legacy=is_legacy)}"
-    )
+    return RuntimeError(f"The solver module in its wheel cannot be loaded by {_here()} ({reason}): {_remedy()}")
 
 
-def _remedy(*, is_legacy: bool = False) -> str:
-    """The zip that fits this system; a legacy zip serves several."""
+def _remedy() -> str:
+    """The zip that fits this system."""
     machine = platform.machine()
     name = f"{SYSTEMS.get(platform.system(), platform.system())}-{MACHINES.get(machine, machine)}"
     if name not in PLATFORMS:
         return f"no zip is made for {name}; build one from the source with make zip"
-    return f"install arap_deform-{VERSION}-{'legacy' if is_legacy else name}.zip"
+    return f"install arap_deform-{VERSION}-{name}.zip"
 
 
 def _here() -> str:

@@ -22,9 +22,6 @@ from ..scene.inputs import read_input
 from . import mesh
 from .frame import Frame
 
-# A stroke of a brush tags the mesh at every step. Before 4.2 Blender does not tell of strokes: then a stroke has ended
-# when no tag has come for this time.
-STROKE_PAUSE_S = 0.15
 # Accuracy of updates with a time limit, as a fraction of the mesh's size. For more the solver goes on in double
 # precision and prepares that first: on a large mesh that takes seconds, for a difference that cannot be seen.
 ACCURACY = 1e-4
@@ -48,7 +45,7 @@ class BlenderFollowScene:
         self._followed: sessions.Bound | None = None  # what the pose was solved with last
         self._has_written = False  # the next change of the mesh is the add-on's own
         self._is_suspect = True  # something else may have changed the mesh
-        self._changed_at = -STROKE_PAUSE_S  # when something else changed it last
+        self._changed_at = 0.0  # when something else changed it last
 
     @property
     def obj(self) -> bpy.types.Object | None:
@@ -87,8 +84,6 @@ class BlenderFollowScene:
         is_painting = versions.is_painting()
         if is_painting:
             self._is_suspect = True
-        if is_painting is None:
-            return self._is_suspect and time.monotonic() - self._changed_at < STROKE_PAUSE_S
         return is_painting
 
     def settled(self) -> None:

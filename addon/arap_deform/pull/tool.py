@@ -12,7 +12,6 @@ from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..props import preferences
-from ..scene import versions
 from ..ui.checks import find_posed_object
 from . import draw, pins
 
@@ -100,7 +99,7 @@ def draw_keys(self: Any, context: bpy.types.Context) -> None:
     """In the status bar before a drag. A drag, a bake and other operators have texts of their own there."""
     if context.mode != "OBJECT" or sessions.acts or not _is_on_in(context.window):
         return
-    if all(name == "ARAP_OT_pull" for name in versions.modal_operators(context.window)):
+    if all(operator.bl_idname == "ARAP_OT_pull" for operator in context.window.modal_operators):
         self.layout.label(text=KEYS)
 
 

@@ -1,17 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The differences between Blender 3.4 and 5.2.
-
-Two are elsewhere: animation (fcurves) and commands of the command line (cli).
-"""
+"""Bulk access to the data of Blender, and the differences between 4.2 and 5.2 (of animation: fcurves)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-import blf
 import bpy
-import gpu
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,24 +51,21 @@ def write_key(key: bpy.types.ShapeKey, positions: Float32s) -> None:
 
 
 def _key_points(key: bpy.types.ShapeKey) -> Any:
-    # 4.1: key.points is an array, empty if the key is of a curve. key.data goes through one wrapper for each point,
-    # 200 times slower.
-    points = getattr(key, "points", ())
-    return points if len(points) else key.data
+    # key.points is empty if the key is of a curve. key.data goes through one wrapper for each point, 200 times slower.
+    return key.points if len(key.points) else key.data
 
 
 def read_positions(mesh: bpy.types.Mesh) -> Float32s:
     """(n, 3) float32 coordinates of the mesh itself, without shape keys."""
-    source, name = _positions_source(mesh)
     result = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    source.foreach_get(name, result.ravel())
+    _read_attribute(mesh, "position", "vector", result)
     return result
 
 
 def write_positions(mesh: bpy.types.Mesh, positions: Float32s) -> None:
     """Writes (n, 3) contiguous float32 coordinates to the mesh itself; the caller tags the mesh."""
-    source, name = _positions_source(mesh)
-    source.foreach_set(name, positions.ravel())
+    if len(positions):
+        mesh.attributes["position"].data.foreach_set("vector", positions.ravel())
 
 
 def new_mesh(name: str, positions: Float32s, triangles: NDArray[np.int32]) -> bpy.types.Mesh:
@@ -85,37 +77,28 @@ def new_mesh(name: str, positions: Float32s, triangles: NDArray[np.int32]) -> bp
     write_positions(mesh, positions)
     mesh.loops.foreach_set("vertex_index", triangles.ravel())
     mesh.polygons.foreach_set("loop_start", np.arange(0, triangles.size, 3, dtype=np.int32))
-    if bpy.app.version < (3, 6, 0):  # later a face ends where the next one begins
-        mesh.polygons.foreach_set("loop_total", np.full(len(triangles), 3, dtype=np.int32))
     mesh.update(calc_edges=True)
     return mesh
 
 
-def _positions_source(mesh: bpy.types.Mesh) -> tuple[Any, str]:
-    # 3.5: the attribute; since then mesh.vertices is the slow way.
-    attribute = mesh.attributes.get("position")
-    return (mesh.vertices, "co") if attribute is None else (attribute.data, "vector")
-
-
 def read_corner_vertices(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(c,) int32 vertex of each face corner."""
-    return _read_vertices(mesh, ".corner_vert", mesh.loops, "vertex_index", (len(mesh.loops),))
+    result = np.empty(len(mesh.loops), dtype=np.int32)
+    _read_attribute(mesh, ".corner_vert", "value", result)
+    return result
 
 
 def read_edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(e, 2) int32 vertices of each edge."""
-    return _read_vertices(mesh, ".edge_verts", mesh.edges, "vertices", (len(mesh.edges), 2))
-
-
-def _read_vertices(
-    mesh: bpy.types.Mesh, attribute: str, items: Any, field: str, shape: tuple[int, ...]
-) -> NDArray[np.int32]:
-    """From an attribute of 3.6 and later, else from a field of the items."""
-    result = np.empty(shape, dtype=np.int32)
-    found = mesh.attributes.get(attribute)
-    source, name = (items, field) if found is None else (found.data, "value")
-    source.foreach_get(name, result.ravel())
+    result = np.empty((len(mesh.edges), 2), dtype=np.int32)
+    _read_attribute(mesh, ".edge_verts", "value", result)
     return result
+
+
+def _read_attribute(mesh: bpy.types.Mesh, attribute: str, field: str, result: NDArray[Any]) -> None:
+    """Fills ``result`` from an attribute, which a mesh without such elements may lack."""
+    if len(result):
+        mesh.attributes[attribute].data.foreach_get(field, result.ravel())
 
 
 def read_group_weights(
@@ -132,7 +115,7 @@ def read_group_weights(
         return {}
     if use_nodes is None:
         n_trees = -(-len(names) // MOST_IN_TREE)
-        use_nodes = bpy.app.version >= (4, 0, 0) and len(obj.data.vertices) >= n_trees * NODES_PAY_FROM
+        use_nodes = len(obj.data.vertices) >= n_trees * NODES_PAY_FROM
     if not use_nodes:
         return _weights_by_pass(obj, names)
     result: dict[str, Float32s] = {}
@@ -185,12 +168,8 @@ def _weights_by_nodes(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, 
 def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
     """A node group that stores each vertex group as a float attribute: (group, attribute) names."""
     tree = bpy.data.node_groups.new("arap_group_reader", "GeometryNodeTree")
-    if hasattr(tree, "interface"):  # 4.0
-        tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
-        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    else:
-        tree.inputs.new("NodeSocketGeometry", "Geometry")
-        tree.outputs.new("NodeSocketGeometry", "Geometry")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     geometry = tree.nodes.new("NodeGroupInput").outputs[0]
     for group, attribute in names:
         read = tree.nodes.new("GeometryNodeInputNamedAttribute")
@@ -200,24 +179,11 @@ def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
         store.data_type = "FLOAT"
         store.domain = "POINT"
         store.inputs["Name"].default_value = attribute
-        # Before 4.x a node has one socket of each name for every data type; the enabled one is ours.
-        value = next(socket for socket in store.inputs if socket.name == "Value" and socket.enabled)
-        weight = next(socket for socket in read.outputs if socket.name == "Attribute" and socket.enabled)
-        tree.links.new(weight, value)
+        tree.links.new(read.outputs["Attribute"], store.inputs["Value"])
         tree.links.new(geometry, store.inputs[0])
         geometry = store.outputs[0]
     tree.links.new(geometry, tree.nodes.new("NodeGroupOutput").inputs[0])
     return tree
-
-
-def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
-    """Puts a modifier before all others."""
-    index = obj.modifiers.find(modifier.name)
-    if hasattr(obj.modifiers, "move"):  # not in 3.4
-        obj.modifiers.move(index, 0)
-    else:
-        with bpy.context.temp_override(object=obj, active_object=obj):
-            bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 
 
 def node_attributes(modifier: bpy.types.NodesModifier) -> list[str]:
@@ -231,17 +197,10 @@ def node_attributes(modifier: bpy.types.NodesModifier) -> list[str]:
     return [str(value) for key, value in modifier.items() if key.endswith("_attribute_name")]
 
 
-def is_painting() -> bool | None:
-    """Whether a stroke of a brush is under way in some window. None before Blender 4.2, which cannot tell."""
-    if "modal_operators" not in bpy.types.Window.bl_rna.properties:
-        return None
-    windows = bpy.context.window_manager.windows
-    return any(name.startswith("PAINT_OT") for window in windows for name in modal_operators(window))
-
-
-def modal_operators(window: bpy.types.Window) -> list[str]:
-    """The operators under way in a window. None are known before Blender 4.2."""
-    return [operator.bl_idname for operator in getattr(window, "modal_operators", ())]
+def is_painting() -> bool:
+    """Whether a stroke of a brush is under way in some window."""
+    operators = (operator for window in bpy.context.window_manager.windows for operator in window.modal_operators)
+    return any(operator.bl_idname.startswith("PAINT_OT") for operator in operators)
 
 
 def select_bone(armature: bpy.types.Object, name: str) -> None:
@@ -250,34 +209,6 @@ def select_bone(armature: bpy.types.Object, name: str) -> None:
         holder = bone if hasattr(bone, "select") else bone.bone  # of the pose since 5.0
         holder.select = bone.name == name
     armature.data.bones.active = armature.data.bones[name]
-
-
-def gpu_shader(name: str) -> Any:
-    """A built-in shader of the gpu module by its present name. Before 4.0 shaders in space have a prefix."""
-    try:
-        return gpu.shader.from_builtin(name)
-    except ValueError:
-        return gpu.shader.from_builtin(f"3D_{name}")
-
-
-# 4.5: points have a shader of their own, which not every graphics API can do without.
-POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
-
-
-def set_text_size(font: int, size: float) -> None:
-    """Size of text drawn by blf, in pixels."""
-    if bpy.app.version >= (4, 0, 0):
-        blf.size(font, size)
-    else:
-        blf.size(font, int(size), 72)
-
-
-def draw_progress(layout: bpy.types.UILayout, text: str, fraction: float) -> None:
-    """A bar with a text; before 4.0 the text alone."""
-    if bpy.app.version >= (4, 0, 0):
-        layout.progress(text=text, translate=False, factor=fraction)
-    else:
-        layout.label(text=text, translate=False, icon="SORTTIME")
 
 
 def length_text(scene: bpy.types.Scene, length: float) -> str:

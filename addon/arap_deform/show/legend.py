@@ -8,7 +8,6 @@ import bpy
 import gpu
 import numpy as np
 
-from ..scene import versions
 from ..ui.batches import index_buffer, surface_batch
 from ..ui.on_screen import FONT, draw_text, free_room
 from .strain import colors_of
@@ -30,7 +29,7 @@ def draw_legend(context: bpy.types.Context, limit: float) -> None:
     left = room.right - (WIDTH + MARGIN) * scale
     bottom = room.bottom + MARGIN * scale + 1.5 * TEXT_SIZE * scale
     _draw_bar(left, bottom, width, height)
-    versions.set_text_size(FONT, TEXT_SIZE * scale)
+    blf.size(FONT, TEXT_SIZE * scale)
     color = context.preferences.themes[0].view_3d.space.text_hi
     blf.color(FONT, color[0], color[1], color[2], 1.0)
     below = bottom - 1.3 * TEXT_SIZE * scale
@@ -47,5 +46,5 @@ def _draw_bar(left: float, bottom: float, width: float, height: float) -> None:
     triangles = np.array([(0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4)], dtype=np.int32)
     batch = surface_batch(np.array(corners, dtype=np.float32), colors, index_buffer(triangles))
     gpu.state.blend_set("ALPHA")
-    batch.draw(versions.gpu_shader("SMOOTH_COLOR"))
+    batch.draw(gpu.shader.from_builtin("SMOOTH_COLOR"))
     gpu.state.blend_set("NONE")

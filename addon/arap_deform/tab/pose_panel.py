@@ -11,7 +11,7 @@ from ..core.naming import listed
 from ..live import runs
 from ..pose.starts import has_start
 from ..pose.unheld_text import unheld_text
-from ..scene import baked, remembered, versions
+from ..scene import baked, remembered
 from ..scene.cages.read import enabled_cage
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
@@ -44,7 +44,7 @@ def _draw_step(context: bpy.types.Context, box: bpy.types.UILayout) -> None:
     if step.fraction is None:
         draw_text(context, box, step.text, step.icon, least_lines=LINES)
         return
-    versions.draw_progress(box, f"{step.text}: {step.fraction:.0%}", step.fraction)
+    box.progress(text=f"{step.text}: {step.fraction:.0%}", translate=False, factor=step.fraction)
     draw_text(context, box, "To stop, press Esc with the mouse over the view.", "BLANK1", least_lines=LINES - 1)
 
 

@@ -12,9 +12,10 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s, Floats
-from ..scene import versions
 
 Color = tuple[float, float, float, float]
+# 4.5: points have a shader of their own, which not every graphics API can do without.
+POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
 NEARER = 1e-3  # fraction of the distance: keeps points on the surface from sinking into it
 
 
@@ -44,13 +45,13 @@ def _vertices(**attributes: Float32s) -> gpu.types.GPUVertBuf:
 
 def draw_surface(batch: gpu.types.GPUBatch, matrix: Matrix) -> None:
     with _On(matrix, is_hidden_behind=True):
-        batch.draw(versions.gpu_shader("SMOOTH_COLOR"))
+        batch.draw(gpu.shader.from_builtin("SMOOTH_COLOR"))
 
 
 def draw_points(
     batch: gpu.types.GPUBatch, matrix: Matrix, color: Color, size: float, *, is_hidden_behind: bool
 ) -> None:
-    shader = versions.gpu_shader(versions.POINT_SHADER)
+    shader = gpu.shader.from_builtin(POINT_SHADER)
     with _On(matrix, is_hidden_behind=is_hidden_behind):
         gpu.state.point_size_set(size)
         shader.bind()
@@ -61,7 +62,7 @@ def draw_points(
 
 def draw_plain(batch: gpu.types.GPUBatch, matrix: Matrix, color: Color, *, is_hidden_behind: bool) -> None:
     """A plain_batch() of lines, a pixel wide, or of triangles. ``matrix``: of its space."""
-    shader = versions.gpu_shader("UNIFORM_COLOR")
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     with _On(matrix, is_hidden_behind=is_hidden_behind):
         shader.bind()
         shader.uniform_float("color", color)
@@ -76,7 +77,7 @@ def draw_faces(corners: Floats, color: Color, *, is_hidden_behind: bool) -> None
 
 def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
     """World space, over everything."""
-    shader = versions.gpu_shader("POLYLINE_UNIFORM_COLOR")
+    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     with _On(Matrix(), is_hidden_behind=False):
         shader.bind()
         shader.uniform_float("color", color)
@@ -91,7 +92,7 @@ def draw_pixels(kind: str, pixels: Floats, color: Color) -> None:
         return
     points = np.zeros((len(pixels), 3), dtype=np.float32)
     points[:, :2] = pixels
-    shader = versions.gpu_shader("UNIFORM_COLOR")
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     gpu.state.blend_set("ALPHA")
     shader.bind()
     shader.uniform_float("color", color)

@@ -57,7 +57,7 @@ def abort_all(message: str) -> None:
     for run in _runs.copy():
         try:
             run.abort(message)
-        except Exception:  # noqa: BLE001, PERF203 - the others must end, too
+        except Exception:  # noqa: BLE001 - the others must end, too
             traceback.print_exc()
 
 

@@ -10,7 +10,6 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
-from ..scene import versions
 from .batches import draw_pixels
 from .waits import Wait
 
@@ -61,11 +60,11 @@ def draw_wait(context: bpy.types.Context, wait: Wait) -> None:
     middle, available = 0.5 * (room.left + room.right), room.right - room.left - 2 * PADDING * scale
     points = context.preferences.ui_styles[0].widget.points
     keys = ESC if wait.ends_on_esc else ""
-    versions.set_text_size(FONT, points * scale)
+    blf.size(FONT, points * scale)
     width = _bar_width(wait.text, keys, scale)
     if width > available > 0.0:
         scale, width = scale * available / width, available
-        versions.set_text_size(FONT, points * scale)
+        blf.size(FONT, points * scale)
     left, right = round(middle - 0.5 * width), round(middle + 0.5 * width)
     bottom, height = round(room.bottom + MARGIN * scale), round(HEIGHT * scale)
     _draw_bar(context, np.array([left, bottom, right, bottom + height], dtype=np.float64), wait.fraction, scale)

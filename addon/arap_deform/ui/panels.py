@@ -11,7 +11,6 @@ import blf
 import bpy
 
 from ..core import native, sessions
-from ..scene import versions
 from .checks import find_posed_object
 from .wrapping import wrap
 
@@ -96,7 +95,7 @@ def button_row(context: bpy.types.Context, layout: bpy.types.UILayout, narrow: f
 def _lines(context: bpy.types.Context, text: str, width: float) -> list[str]:
     """Lines that fit into a label beside its icon. ``width``: in pixels of the sidebar or dialog."""
     scale = context.preferences.system.ui_scale
-    versions.set_text_size(FONT, context.preferences.ui_styles[0].widget.points * scale)
+    blf.size(FONT, context.preferences.ui_styles[0].widget.points * scale)
     return wrap(text, width - BESIDE_TEXT * scale, lambda line: float(blf.dimensions(FONT, line)[0]))
 
 

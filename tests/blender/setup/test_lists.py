@@ -54,12 +54,8 @@ class ListTest(SceneTest):
     def test_a_group_stays_if_any_field_of_a_modifier_uses_it(self):
         def of_nodes(obj, group):
             tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
-            if hasattr(tree, "interface"):  # 4.0
-                tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
-                key = tree.interface.new_socket("Field", in_out="INPUT", socket_type="NodeSocketFloat").identifier
-            else:
-                tree.inputs.new("NodeSocketGeometry", "Geometry")
-                key = tree.inputs.new("NodeSocketFloat", "Field").identifier
+            tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+            key = tree.interface.new_socket("Field", in_out="INPUT", socket_type="NodeSocketFloat").identifier
             modifier = obj.modifiers.new("Nodes", "NODES")
             modifier.node_group = tree
             if hasattr(modifier, "properties"):  # 5.2

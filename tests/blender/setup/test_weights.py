@@ -104,9 +104,7 @@ class WeightTest(SceneTest):
         self.assertFalse(scene._is_suspect)
 
     def test_without_a_window_nobody_is_painting(self):
-        is_told = "modal_operators" in bpy.types.Window.bl_rna.properties
-        self.assertEqual(is_told, bpy.app.version >= (4, 2, 0))
-        self.assertIs(module("scene.versions").is_painting(), False if is_told else None)
+        self.assertIs(module("scene.versions").is_painting(), False)
 
     def test_a_pull_takes_the_weights_as_they_are_when_it_begins(self):
         grab_region, api_pull = module("pull.region"), module("pull.hold")

@@ -121,35 +121,33 @@ class OverlayTest(SceneTest):
                 (True, MIDDLE[0], len(BOTTOM), 1),
                 (True, MIDDLE[1], len(BOTTOM), 1),
                 (False, MIDDLE[2], len(BOTTOM) + 3, 2),
-                (None, MIDDLE[3], len(BOTTOM) + 4, 3),  # before 4.2 nobody can tell
             ):
                 obj.vertex_groups["Feet"].add([added], 1.0, "REPLACE")
                 self.assertEqual((draw(), len(reads)), (n_pins, n_reads))
                 self.assertIs(overlay._drawn.get(obj.name), drawn)
             obj.arap.overlay.show_pins = False
-            obj.vertex_groups["Feet"].add([MIDDLE[4]], 1.0, "REPLACE")
-            self.assertEqual((draw(), len(reads)), (None, 3))
+            obj.vertex_groups["Feet"].add([MIDDLE[3]], 1.0, "REPLACE")
+            self.assertEqual((draw(), len(reads)), (None, 2))
             bpy.ops.object.mode_set(mode="OBJECT")
-            obj.vertex_groups["Feet"].add([MIDDLE[5]], 1.0, "REPLACE")
+            obj.vertex_groups["Feet"].add([MIDDLE[4]], 1.0, "REPLACE")
             bpy.context.view_layer.update()
             self.assertEqual(overlay._drawn, {})
 
     def test_shaders_and_batches_of_this_version_draw(self):
         """Drawn, with its pixels looked at. Older versions draw only in windows, which have their own tests."""
-        if bpy.app.version < (4, 5, 0):
-            self.assertEqual(module("scene.versions").POINT_SHADER, "UNIFORM_COLOR")
-            return
-        names = ("SMOOTH_COLOR", "POLYLINE_UNIFORM_COLOR", module("scene.versions").POINT_SHADER)
-        self.begin_drawing()
-        for name in names:
-            self.assertIsNotNone(module("scene.versions").gpu_shader(name))
         batches = module("ui.batches")
+        if bpy.app.version < (4, 5, 0):
+            self.assertEqual(batches.POINT_SHADER, "UNIFORM_COLOR")
+            return
+        self.begin_drawing()
+        for name in ("SMOOTH_COLOR", "POLYLINE_UNIFORM_COLOR", batches.POINT_SHADER):
+            self.assertIsNotNone(gpu.shader.from_builtin(name))
         corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float32)
         red = np.tile(np.array([1, 0, 0, 1], dtype=np.float32), (4, 1))
         square = batches.surface_batch(
             corners, red, batches.index_buffer(np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32))
         )
-        pixels = self.drawn(lambda: square.draw(module("scene.versions").gpu_shader("SMOOTH_COLOR")))
+        pixels = self.drawn(lambda: square.draw(gpu.shader.from_builtin("SMOOTH_COLOR")))
         self.assert_close(pixels[SIZE // 2, SIZE // 2], (1.0, 0.0, 0.0, 1.0), 1e-2)
 
     def begin_drawing(self):

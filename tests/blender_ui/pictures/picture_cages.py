@@ -14,9 +14,7 @@ def test_picture_cage(ui: Ui) -> Steps:
     camera = Camera(ui)
     creature = yield from begin_pull(ui)
     ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
-    tidy_up(
-        ui.view.spaces.active
-    )  # first: Blender 3.4 crashes if a script hides Adjust Last Operation while it is shown
+    tidy_up(ui.view.spaces.active)
     cage = yield from make_cage(ui)
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
     look(ui, right=-0.9, up=0.2, closer=0.9)

@@ -40,7 +40,7 @@ def instruction_sets(bind: Callable[[str], None]) -> tuple[list[str], dict[str, 
         try:
             bind(isa)
             available.append(isa)
-        except NotRun as reason:  # noqa: PERF203 - a process each
+        except NotRun as reason:
             reasons[isa] = str(reason)
     return available, reasons
 

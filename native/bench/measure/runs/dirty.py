@@ -67,7 +67,7 @@ def pose_until_it_ends(process: Process, kinds: list[str], paths: dict[str, Path
     for k, kind in enumerate(kinds):
         try:
             process.run(paths[kind])
-        except Ended as reason:  # noqa: PERF203 - a mesh each
+        except Ended as reason:
             found[kind] = str(reason)
             return kinds[k + 1 :]
         except NotRun as reason:

@@ -152,7 +152,7 @@ def measure_dirty(carrier: Carrier) -> dict[str, Any]:
         for name, task in tasks.items():
             try:
                 carrier.carry(model, task, DIRTY_TIMEOUT_S)
-            except NotRun as reason:  # noqa: PERF203 - a mesh each
+            except NotRun as reason:
                 failed[name] = str(reason)
         found[model] = {"n_tasks": len(tasks), "n_bound": len(tasks) - len(failed), "failed": failed}
         say(f"dirty, {model}", found[model])

@@ -101,7 +101,7 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
             for energy in energies:
                 command = theirs(library, energy)
                 found.append(Contender(library, energy, command, command, env))
-        except NotRun as reason:  # noqa: PERF203 - a library each
+        except NotRun as reason:
             missing.append({"library": library, "not_run": str(reason)})
     return found, missing
 
