@@ -21,7 +21,7 @@ help:
 	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
 	@echo "make api     the reference of the Python module, a web page: build/api/arap_native.html"
-	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
+	@echo "make zip     the add-on for this machine; build/dist"
 	@echo "make zips    a release: zips and wheels for Windows, Linux and macOS; build/dist/release (docs/release.md)"
 	@echo "make lint    clang-format, clang-tidy, ruff, mypy          make format   formats everything"
 	@echo "make asan    native tests under the address and undefined-behaviour sanitizers"

@@ -25,7 +25,7 @@ class Platform:
         return "_native" + self.suffix.format(tag=tag, version=tag.removeprefix("cp"))
 
 
-# As old as what Blender itself needs: glibc 2.28 since Blender 3.4; macOS 11 is the first on ARM.
+# As old as what Blender itself needs: glibc 2.28; macOS 11 is the first on ARM.
 PLATFORMS = {
     platform.name: platform
     for platform in (

@@ -2,7 +2,7 @@
 """ARAP Deform for scripts. Every function works on data, with or without a window, and never through selection.
 
     import bpy
-    from arap_deform import api     # as an extension: from bl_ext.user_default.arap_deform import api
+    from bl_ext.user_default.arap_deform import api
 
     obj = bpy.data.objects["Creature"]
     api.add_pin(obj, range(0, 40), name="Feet")

@@ -58,8 +58,7 @@ def take_brush(ui: Ui) -> Steps:
 def stroke(ui: Ui, height: float = MIDDLE, *, rests: bool = False, then: str = "") -> Steps:
     """From left to right over the bar where it is shown, the left button down.
 
-    ``rests``: before the button is up, for so long that a Blender that cannot tell takes the stroke for ended.
-    ``then`` is a key that is pressed in the same moment.
+    ``rests``: before the button is up. ``then`` is a key that is pressed in the same moment.
     """
     x, y = ui.pixel((0.0, 0.0, height))
     yield from ui.move_mouse(x - STROKE // 2, y)
@@ -76,14 +75,11 @@ def stroke(ui: Ui, height: float = MIDDLE, *, rests: bool = False, then: str = "
 
 
 def rest(ui: Ui) -> Steps:
-    """The mouse rests within a stroke: the mesh does not follow yet, but before Blender 4.2 nobody can tell."""
+    """The mouse rests within a stroke: the mesh does not follow yet."""
     before = scenes.key_positions(bar())
-    if "modal_operators" in bpy.types.Window.bl_rna.properties:  # 4.2
-        for _ in range(20):
-            yield
-        np.testing.assert_array_equal(scenes.key_positions(bar()), before)
-    else:
-        yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - before).max() > 0.01, "the mesh follows")
+    for _ in range(20):
+        yield
+    np.testing.assert_array_equal(scenes.key_positions(bar()), before)
 
 
 def session(ui: Ui) -> object:

@@ -119,6 +119,6 @@ class RegisterTest(SceneTest):
         gc.collect()
         left = {item.__module__.removeprefix(f"{support.PACKAGE}.") for item in (ref() for ref in former) if item}
         bpy.ops.preferences.addon_enable(module=support.PACKAGE)
-        # Some Blenders (3.4) never let go of a class with properties.
+        # Some Blenders never let go of a class with properties.
         of_properties = {name for name in left if name.startswith("props.")}
         self.assertEqual(left - of_properties if bpy.app.binary_path else left, set())
