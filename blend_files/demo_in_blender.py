@@ -21,6 +21,7 @@ MODULE = "bl_ext.user_default.arap_deform"
 PICTURE = (600, 640)  # pixels
 STRIP_PICTURE = (225, 290)
 STRIP_FRAMES = 8
+TELL_EVERY_S = 5.0
 SAMPLES = 8
 SAMPLES_WITHOUT_DENOISER = 16
 
@@ -35,8 +36,8 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
 
     say("Baking")
     job = importlib.import_module(f"{MODULE}.bake.keys").BakeJob(obj, scene.frame_start, scene.frame_end)
-    while job.step():
-        pass
+    while job.step(TELL_EVERY_S):
+        say(f"Baking, {job.fraction:.0%} done")
     keys = job.finish()
     posed = out / "creature_posed.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(posed), compress=True, copy=True)
@@ -100,19 +101,20 @@ def use_engine(scene: bpy.types.Scene, has_opengl: bool) -> None:
 def render_all(scene: bpy.types.Scene, out: Path) -> list[str]:
     """Renders before, after, both side by side, and the strip; returns the files' names."""
     frames = np.linspace(scene.frame_start, scene.frame_end, STRIP_FRAMES).round().astype(int).tolist()
-    before = render(scene, scene.frame_start, PICTURE, out / "before.png")
-    after = render(scene, scene.frame_end, PICTURE, out / "after.png")
+    n = STRIP_FRAMES + 2
+    before = render(scene, scene.frame_start, PICTURE, out / "before.png", f"1 of {n}")
+    after = render(scene, scene.frame_end, PICTURE, out / "after.png", f"2 of {n}")
     save_picture(np.concatenate([before, after], axis=1), out / "before_after.png")
     part = out / "part.png"
-    strip = [render(scene, frame, STRIP_PICTURE, part) for frame in frames]
+    strip = [render(scene, frame, STRIP_PICTURE, part, f"{i} of {n}") for i, frame in enumerate(frames, 3)]
     part.unlink()
     save_picture(np.concatenate(strip, axis=1), out / "strip.png")
     return ["before.png", "after.png", "before_after.png", "strip.png"]
 
 
-def render(scene: bpy.types.Scene, frame: int, size: tuple[int, int], path: Path) -> Pixels:
+def render(scene: bpy.types.Scene, frame: int, size: tuple[int, int], path: Path, which: str) -> Pixels:
     """Renders one frame into ``path``; returns its pixels (height, width, 4), bottom row first."""
-    say(f"Rendering frame {frame}")
+    say(f"Rendering picture {which}, frame {frame}")
     scene.frame_set(frame)
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
