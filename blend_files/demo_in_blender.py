@@ -37,7 +37,7 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
     say("Baking")
     job = importlib.import_module(f"{MODULE}.bake.keys").BakeJob(obj, scene.frame_start, scene.frame_end)
     while job.step(TELL_EVERY_S):
-        say(f"Baking, {job.fraction:.0%} done")
+        say(f"Baking: {job.status}")
     keys = job.finish()
     posed = out / "creature_posed.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(posed), compress=True, copy=True)

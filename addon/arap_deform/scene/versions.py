@@ -58,14 +58,15 @@ def _key_points(key: bpy.types.ShapeKey) -> Any:
 def read_positions(mesh: bpy.types.Mesh) -> Float32s:
     """(n, 3) float32 coordinates of the mesh itself, without shape keys."""
     result = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    _read_attribute(mesh, "position", "vector", result)
+    items, field = _source(mesh, "position", "vector", mesh.vertices, "co")
+    items.foreach_get(field, result.ravel())
     return result
 
 
 def write_positions(mesh: bpy.types.Mesh, positions: Float32s) -> None:
     """Writes (n, 3) contiguous float32 coordinates to the mesh itself; the caller tags the mesh."""
-    if len(positions):
-        mesh.attributes["position"].data.foreach_set("vector", positions.ravel())
+    items, field = _source(mesh, "position", "vector", mesh.vertices, "co")
+    items.foreach_set(field, positions.ravel())
 
 
 def new_mesh(name: str, positions: Float32s, triangles: NDArray[np.int32]) -> bpy.types.Mesh:
@@ -84,21 +85,23 @@ def new_mesh(name: str, positions: Float32s, triangles: NDArray[np.int32]) -> bp
 def read_corner_vertices(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(c,) int32 vertex of each face corner."""
     result = np.empty(len(mesh.loops), dtype=np.int32)
-    _read_attribute(mesh, ".corner_vert", "value", result)
+    items, field = _source(mesh, ".corner_vert", "value", mesh.loops, "vertex_index")
+    items.foreach_get(field, result)
     return result
 
 
 def read_edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(e, 2) int32 vertices of each edge."""
     result = np.empty((len(mesh.edges), 2), dtype=np.int32)
-    _read_attribute(mesh, ".edge_verts", "value", result)
+    items, field = _source(mesh, ".edge_verts", "value", mesh.edges, "vertices")
+    items.foreach_get(field, result.ravel())
     return result
 
 
-def _read_attribute(mesh: bpy.types.Mesh, attribute: str, field: str, result: NDArray[Any]) -> None:
-    """Fills ``result`` from an attribute, which a mesh without such elements may lack."""
-    if len(result):
-        mesh.attributes[attribute].data.foreach_get(field, result.ravel())
+def _source(mesh: bpy.types.Mesh, attribute: str, value: str, items: Any, field: str) -> tuple[Any, str]:
+    """An attribute and its field, or the slow way, through wrappers: a mesh in Edit Mode has no attributes."""
+    found = mesh.attributes.get(attribute)
+    return (items, field) if found is None else (found.data, value)
 
 
 def read_group_weights(
