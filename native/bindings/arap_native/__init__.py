@@ -71,5 +71,5 @@ if _native.has_extra_models:
 
 def __getattr__(name: str) -> object:
     if name in _EXTRA:
-        raise AttributeError(f"{__name__}.{name} is not in the add-on's wheel: install the wheel of arap-native with pip")
+        raise AttributeError(f"{__name__} has no {name} in Blender's add-on: install the wheel of arap-native with pip")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

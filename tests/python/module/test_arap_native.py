@@ -212,9 +212,7 @@ def test_writing_to_what_a_solver_gave_does_not_reach_the_solver():
 
 
 def test_options_are_named_values():
-    options = arap_native.Options(
-        energy="spokes", rigidity_radius=0.5, weights="uniform", threads=2, join_seams=True
-    )
+    options = arap_native.Options(energy="spokes", rigidity_radius=0.5, weights="uniform", threads=2, join_seams=True)
     assert (options.energy, options.weights) == ("spokes", "uniform")
     assert options.rigidity_radius == 0.5
     assert (options.threads, options.join_seams) == (2, True)
@@ -223,8 +221,7 @@ def test_options_are_named_values():
     )
 
     assert repr(arap_native.Options()) == (
-        "Options(energy='rotation_nodes', rigidity_radius=0.02, weights='cotangent', threads=0, "
-        "join_seams=False)"
+        "Options(energy='rotation_nodes', rigidity_radius=0.02, weights='cotangent', threads=0, join_seams=False)"
     )
 
     options = arap_native.SolveOptions(initial_guess="rest", max_iterations=3, time_limit_s=0.5)
