@@ -137,7 +137,7 @@ def add_mesh_cache_modifier(obj: bpy.types.Object, path: Path, start: int, step:
     modifier.time_mode = "FRAME"
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"  # Blender's own axes
     modifier.factor = 1.0
-    modifier.show_viewport = True  # Edit Again may have switched it off
+    modifier.show_viewport = modifier.show_render = True  # Edit Again may have switched it off
     # The modifier shows frame number frame_scale * frame - frame_start of the file.
     modifier.frame_scale = 1.0 / step
     modifier.frame_start = start / step

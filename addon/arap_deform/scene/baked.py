@@ -37,7 +37,7 @@ def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
     shape_keys.check_writable(obj)
     for modifier in obj.modifiers:
         if shape_keys.hides_keys(modifier):
-            modifier.show_viewport = False
+            modifier.show_viewport = modifier.show_render = False
     if is_removing:
         _remove_all(obj)
     _mute(obj)

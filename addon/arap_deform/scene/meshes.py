@@ -108,6 +108,11 @@ def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.
             yield from enabled_collections(child)
 
 
+def is_on(modifier: bpy.types.Modifier) -> bool:
+    """Whether it counts in viewports or in renders: an artist often has one off in viewports, where it is slow."""
+    return bool(modifier.show_viewport or modifier.show_render)
+
+
 def read_stretch(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:
     """(3, 3) float64 stretch of the object's world matrix. Raises ValueError if it is singular."""
     return stretch_in(obj, read_matrix(obj, depsgraph))
@@ -134,7 +139,7 @@ def read_mirrors(
 
 def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[Mirror]:
     """The planes of the first Mirror modifier that is on, if it merges the halves or clips them."""
-    modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and m.show_viewport), None)
+    modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and is_on(m)), None)
     if modifier is None or not (modifier.use_mirror_merge or modifier.use_clip):
         return []
     centre, size = np.eye(4), 0.0

@@ -67,7 +67,8 @@ def check_not_hidden(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
     cache = next((modifier for modifier in obj.modifiers if hides_keys(modifier)), None)
     if cache is not None:
         raise ValueError(
-            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off in viewports"
+            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off, in viewports "
+            "and renders"
         )
     if obj.show_only_shape_key and obj.active_shape_key != key:
         raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
@@ -83,10 +84,10 @@ def check_not_hidden(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
 
 
 def hides_keys(modifier: bpy.types.Modifier) -> bool:
-    """Whether a modifier takes the place of every vertex from a file."""
+    """Whether a modifier takes the place of every vertex from a file, in viewports or in renders."""
     return bool(
         modifier.type == "MESH_CACHE"
-        and modifier.show_viewport
+        and meshes.is_on(modifier)
         and modifier.deform_mode == "OVERWRITE"
         and modifier.factor == 1.0
         and modifier.filepath

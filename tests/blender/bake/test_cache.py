@@ -78,10 +78,14 @@ class MeshCacheTest(SceneTest):
         obj = animated()
         self.api.solve(obj)
         self.api.export_mesh_cache(obj, self.mdd, 1, 5, add_modifier=True)
-        message = "Modifier 'ARAP Cache' of 'Tube' shows a cache in place of the pose: switch it off in viewports"
+        message = (
+            "Modifier 'ARAP Cache' of 'Tube' shows a cache in place of the pose: switch it off, in viewports and renders"
+        )
         for act in (self.api.solve, self.api.bake_pose):
             self.assert_error(ValueError, message, act, obj)
         obj.modifiers["ARAP Cache"].show_viewport = False
+        self.assert_error(ValueError, message, self.api.solve, obj)  # in the final render it still shows
+        obj.modifiers["ARAP Cache"].show_render = False
         self.api.solve(obj)
         self.api.export_mesh_cache(obj, self.mdd, 1, 5, add_modifier=True)
 

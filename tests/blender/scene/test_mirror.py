@@ -156,8 +156,9 @@ class MirrorTest(SceneTest):
         obj = self.bent()
         modifier = obj.modifiers["Mirror"]
         for key, is_on in ((1, True), (2, False), (3, True)):
-            modifier.show_viewport = is_on
+            modifier.show_viewport = modifier.show_render = is_on
             modifier.keyframe_insert("show_viewport", frame=key)
+            modifier.keyframe_insert("show_render", frame=key)
         self.scene.frame_set(1)
         names = self.api.bake_animation(obj, 1, 3)
         is_on_plane = np.abs(rest_positions(obj)[:, 0]) < 1e-6
@@ -174,7 +175,6 @@ class MirrorTest(SceneTest):
         self.assertAlmostEqual(whole_size, np.linalg.norm([1.0, 1.0, LENGTH]), places=5)
         for change, back in (
             (("merge_threshold", 0.002), 0.001),
-            (("show_viewport", False), True),
             (("use_axis", (False, True, False)), (True, False, False)),
             (("use_bisect_axis", (True, False, False)), (False, False, False)),
         ):
@@ -183,6 +183,15 @@ class MirrorTest(SceneTest):
             frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get())
             self.assertEqual(frame.problem, "The Mirror modifier of 'Half' has changed", change)
             setattr(modifier, change[0], back)
+        for modifier.show_viewport, modifier.show_render, fits in (
+            (False, True, True),  # off where the artist works, as it is slow, and on in the final render
+            (True, False, True),
+            (False, False, False),
+        ):
+            bpy.context.view_layer.update()
+            frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get())
+            self.assertEqual(frame.problem == "", fits)
+        modifier.show_viewport = modifier.show_render = True
         modifier.use_mirror_merge = False
         modifier.use_clip = True
         self.assertIs(module("follow.update").prepare_session(obj), session)
