@@ -8,14 +8,15 @@ frames from one sample to the next, int32 samples, then the same.
 
 from __future__ import annotations
 
-import errno
 import struct
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .estimate import BYTES_PER_VERTEX
+from .whole_file import WholeFile, check_space
 
 FORMATS = {".mdd": "MDD", ".pc2": "PC2"}
 
@@ -45,52 +46,33 @@ def header(kind: str, n_points: int, frames: Sequence[int], fps: float) -> bytes
 
 
 class CacheWriter:
-    """Writes a .part file and renames it when it is complete, so no incomplete cache has the final name."""
+    """Writes a cache, which has its name only when it is complete: see WholeFile."""
 
     def __init__(self, path: Path, n_points: int, frames: Sequence[int], fps: float) -> None:
         """Begins the file. Arguments as header(); the suffix gives the format.
 
         Raises:
-            ValueError: another suffix, or the file cannot be written.
+            ValueError: another suffix, the file cannot be written, or the disk has no room for all frames.
         """
         kind = format_of(path)
-        self._path = path
-        self._part = path.with_name(f"{path.name}.part")
         self._dtype = np.dtype(">f4" if kind == "MDD" else "<f4")
+        begin = header(kind, n_points, frames, fps)
+        self._file = WholeFile(path)
         try:
-            if path.is_dir():
-                raise IsADirectoryError(errno.EISDIR, "Is a directory")  # the same message on every system
-            self._part.unlink(missing_ok=True)  # of a Blender that was ended
-            self._file = self._part.open("xb")  # a new file, never the one that a link leads to
-            try:
-                self._file.write(header(kind, n_points, frames, fps))
-            except OSError:
-                self.discard()
-                raise
-        except OSError as error:
-            raise ValueError(
-                f"{path} cannot be written ({error.strerror}): choose another folder or another name"
-            ) from error
+            check_space(path.parent, len(begin) + len(frames) * n_points * BYTES_PER_VERTEX, str(path))
+            self._file.write(begin)
+        except BaseException:
+            self.discard()
+            raise
 
     def append(self, positions: NDArray[np.floating]) -> None:
         """Adds the (n, 3) positions of the next frame. Raises RuntimeError if the disk is full."""
-        self._try(lambda: self._file.write(positions.astype(self._dtype).tobytes()))
+        self._file.write(positions.astype(self._dtype).tobytes())
 
     def finish(self) -> None:
-        """Renames the file, which has all frames now, and replaces an older one. Raises RuntimeError if that fails."""
-        self._try(self._file.close)
-        self._try(lambda: self._part.replace(self._path))
+        """The file has all frames now, and replaces an older one. Raises RuntimeError if that fails."""
+        self._file.finish()
 
     def discard(self) -> None:
-        """Removes the .part file; after finish() it does nothing."""
-        with suppress(OSError):
-            self._file.close()
-        self._part.unlink(missing_ok=True)
-
-    def _try(self, act: Callable[[], object]) -> None:
-        try:
-            act()
-        except OSError as error:
-            raise RuntimeError(
-                f"{self._path} could not be written ({error.strerror}): free disk space, or choose another folder"
-            ) from error
+        """Removes the file; after finish() it does nothing."""
+        self._file.discard()

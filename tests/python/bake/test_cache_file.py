@@ -89,16 +89,31 @@ def test_a_full_disk_is_said(tmp_path):
 
 @pytest.mark.usefixtures("full_disk")
 def test_a_disk_that_is_full_from_the_beginning_leaves_nothing(tmp_path):
-    message = r"a\.mdd cannot be written \(No space left on device\): choose another folder"
-    with pytest.raises(ValueError, match=message):
+    message = r"a\.mdd could not be written \(No space left on device\): free disk space, or choose another folder$"
+    with pytest.raises(RuntimeError, match=message):
         CacheWriter(tmp_path / "a.mdd", 3, range(100_000), 24.0)  # the header alone is longer than what is buffered
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_link_that_waits_in_the_folder_leads_nowhere(tmp_path):
-    victim = tmp_path / "victim"
-    victim.write_text("mine")
-    (tmp_path / "a.mdd.part").symlink_to(victim)
-    write(tmp_path / "a.mdd")
-    assert victim.read_text() == "mine"
-    assert not (tmp_path / "a.mdd").is_symlink()
+@pytest.mark.usefixtures("small_disk")
+def test_a_disk_without_room_for_all_frames_is_said_before_the_first(tmp_path):
+    message = r"^\S+a\.pc2 takes 1 MB, 8 kB more than \S+ has free: free disk space there, or choose another folder$"
+    CacheWriter(tmp_path / "a.pc2", 1000, range(83), 24.0).discard()
+    with pytest.raises(ValueError, match=message):
+        CacheWriter(tmp_path / "a.pc2", 1000, range(84), 24.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_writers_of_one_file(tmp_path):
+    """The file is whole whenever it is there, and of the one that has ended last."""
+    path = tmp_path / "a.pc2"
+    writers = [CacheWriter(path, 3, [1, 2], 24.0) for _ in range(2)]
+    n_bytes = 32 + 2 * 3 * 12
+    writers[0].append(FRAMES[0])
+    writers[1].append(FRAMES[1])
+    for writer, frame in zip(writers, FRAMES, strict=True):
+        writer.append(frame)
+        writer.finish()
+        assert path.stat().st_size == n_bytes
+    np.testing.assert_array_equal(np.frombuffer(path.read_bytes()[32:], "<f4").reshape(FRAMES.shape), FRAMES[[1, 1]])
+    assert list(tmp_path.iterdir()) == [path]

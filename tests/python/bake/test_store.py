@@ -11,7 +11,7 @@ from arap_deform.bake.store import ShapeStore
 def test_shapes_come_back(monkeypatch, limit):
     monkeypatch.setattr(store, "BYTES_IN_MEMORY", limit)
     shapes = np.random.default_rng(1).normal(size=(9, 5, 3)).astype(np.float32)
-    kept = ShapeStore(5)
+    kept = ShapeStore(5, 9)
     buffer = np.empty((5, 3), dtype=np.float32)
     for shape in shapes:
         buffer[...] = shape  # the solver's own array is written over by the next solve
@@ -27,7 +27,7 @@ def test_shapes_come_back(monkeypatch, limit):
 
 
 def test_a_full_disk_is_said():
-    kept = ShapeStore(5)
+    kept = ShapeStore(5, 9)
 
     class Full:
         def seek(self, _):
@@ -44,3 +44,13 @@ def test_a_full_disk_is_said():
     )
     with pytest.raises(RuntimeError, match=message):
         kept.append(np.zeros((5, 3), dtype=np.float32))
+
+
+def test_a_disk_without_room_is_said_before_the_first_shape(small_disk):
+    message = (
+        r"^The file of the solved shapes takes 72 MB, 71 MB more than \S+ has free: free disk space there, "
+        r"or bake fewer frames at once$"
+    )
+    with pytest.raises(ValueError, match=message):
+        ShapeStore(1_000_000, 6)
+    ShapeStore(1_000_000, 5).close()  # in memory
