@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..core import native
 from ..core.arrays import Float32s, Floats
 from ..core.mirror import Copy, completed
-from ..core.patches import Point, Surface, held_by_themselves, points_of, without
+from ..core.patches import PATCH_REACH, Ball, Point, Surface, held_by_themselves, points_of, without
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
@@ -70,6 +70,14 @@ class HeldMesh:
     def others(self, entry: Entry | None) -> list[HandleSpec]:
         """Of the enabled pins and handles but ``entry``."""
         return [spec for other, spec in self._enabled if other != entry]
+
+    def others_near(self, spec: HandleSpec) -> list[HandleSpec]:
+        """Of the enabled pins and handles with a vertex that a new point handle may reach."""
+        ball = Ball.about(self.surface.seen[spec.vertices])
+        distances = np.linalg.norm(self.surface.seen[: self.n_own] - ball.centre, axis=1)
+        near = np.flatnonzero(distances <= ball.radius + PATCH_REACH * self.surface.radius)
+        names = meshes.groups_at(self._obj, near)
+        return self.specs_of([e for e in enabled_entries(self._obj) if getattr(hold_of(e), "group", "") in names])
 
     @cached_property
     def _enabled(self) -> list[tuple[Entry, HandleSpec]]:
@@ -146,7 +154,8 @@ def _patch_of(held: HeldMesh, spec: HandleSpec, entry: ArapHandle | None) -> Pat
     alone, _ = held.completed_specs([spec])
     if [len(point.vertices) for point in held.points(alone).get(0, ())] != [len(alone[0].vertices)]:
         return None  # quick, and most handles are none
-    specs, _ = held.completed_specs([spec, *held.others(entry)])
+    others = held.others_near(spec) if entry is None else held.others(entry)
+    specs, _ = held.completed_specs([spec, *others])
     points = held.points(specs)
     patches = held.patches(points.get(0, ()), held.is_held(specs, points))
     return patches[0] if len(patches) == 1 else None

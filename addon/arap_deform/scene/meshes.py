@@ -78,6 +78,13 @@ def read_weights(
     return {name: values.astype(np.float64) for name, values in weights.items()}
 
 
+def groups_at(obj: bpy.types.Object, vertices: NDArray[np.integer]) -> set[str]:
+    """Names of the groups that these vertices have weight in. Quick if they are few."""
+    every = obj.data.vertices
+    found = {group.group for vertex in vertices.tolist() for group in every[vertex].groups if group.weight > 0.0}
+    return {group.name for group in obj.vertex_groups if group.index in found}
+
+
 def read_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:
     """(4, 4) float64 evaluated world matrix: parents, constraints, drivers and animation count."""
     # The original's matrix_world is a step behind, and zero after an undo until it is evaluated.
@@ -87,6 +94,30 @@ def read_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArra
 def drawn_depsgraph(context: bpy.types.Context) -> bpy.types.Depsgraph:
     """As last evaluated, for what draws: an evaluation would call handlers, and these must not write then."""
     return context.view_layer.depsgraph or context.evaluated_depsgraph_get()  # there is none before the first
+
+
+def depsgraph_with(obj: bpy.types.Object) -> bpy.types.Depsgraph:
+    """One in which the object is where it is now. As last evaluated, if the object's own fields say that it is there.
+
+    For what adds many objects, one by one: after each new one an evaluation begins with the graph of all objects.
+    """
+    depsgraph = bpy.context.view_layer.depsgraph
+    world = _plain_matrix(obj) if depsgraph is not None else None
+    if world is not None and np.allclose(read_matrix(obj, depsgraph), world, rtol=1e-6, atol=0.0):
+        return depsgraph
+    return bpy.context.evaluated_depsgraph_get()
+
+
+def _plain_matrix(obj: bpy.types.Object) -> NDArray[np.float64] | None:
+    """(4, 4) world matrix by its location, rotation, scale and parents; None if more may move it."""
+    more = obj.constraints, obj.animation_data, obj.rigid_body, obj.parent and obj.parent_type != "OBJECT"
+    if any(more) or (obj.type == "CURVE" and obj.data.use_path) or any(m.type == "MIRROR" for m in obj.modifiers):
+        return None
+    own = np.array(obj.matrix_basis, dtype=np.float64)
+    if obj.parent is None:
+        return own
+    above = _plain_matrix(obj.parent)
+    return None if above is None else above @ np.array(obj.matrix_parent_inverse, dtype=np.float64) @ own
 
 
 def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
@@ -108,7 +139,7 @@ def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.
             yield from enabled_collections(child)
 
 
-def is_on(modifier: bpy.types.Modifier) -> bool:
+def is_switched_on(modifier: bpy.types.Modifier) -> bool:
     """Whether it counts in viewports or in renders: an artist often has one off in viewports, where it is slow."""
     return bool(modifier.show_viewport or modifier.show_render)
 
@@ -139,7 +170,7 @@ def read_mirrors(
 
 def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[Mirror]:
     """The planes of the first Mirror modifier that is on, if it merges the halves or clips them."""
-    modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and is_on(m)), None)
+    modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and is_switched_on(m)), None)
     if modifier is None or not (modifier.use_mirror_merge or modifier.use_clip):
         return []
     centre, size = np.eye(4), 0.0

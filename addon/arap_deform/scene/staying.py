@@ -40,14 +40,16 @@ class _Entry:
     is_enabled: bool
 
 
-def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, use_nodes: bool | None = None) -> None:
+def stay(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None, *added: Entry, use_nodes: bool | None = None
+) -> None:
     """Lets new pins and handles hold what is shown, so that the mesh stays where it is when it is solved again.
 
     The new ones hold their vertices as they are shown. Point handles that they come near to keep their reach, without
     the vertices that the new ones hold. A new one that is disabled holds what is shown for when it is enabled.
 
     Args:
-        depsgraph: for matrices.
+        depsgraph: for matrices; None: evaluated, if the mesh is posed.
         added: in their lists, with their groups and, for handles, their rest matrices.
         use_nodes: see versions.read_group_weights().
     """
@@ -56,6 +58,7 @@ def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, u
     rest = meshes.read_rest(obj)
     shown = pose_key.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
+        depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
         held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
         entries = _entries(obj, depsgraph, held, set(added))
         _keep_points(held, [entry for entry in entries if entry.is_enabled])

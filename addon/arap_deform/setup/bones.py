@@ -66,7 +66,7 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
 def _other_mover(obj: bpy.types.Object, armature: bpy.types.Object) -> str:
     """What else moves the mesh with the armature, '' if nothing does."""
     for modifier in obj.modifiers:
-        if modifier.type == "ARMATURE" and modifier.object == armature and meshes.is_on(modifier):
+        if modifier.type == "ARMATURE" and modifier.object == armature and meshes.is_switched_on(modifier):
             return f"Modifier '{modifier.name}'"
     is_deformed = obj.parent == armature and obj.parent_type == "ARMATURE"
     return "The parent (Armature Deform)" if is_deformed else ""

@@ -55,7 +55,7 @@ def add_handle(
     indices = groups.checked_indices(obj, vertices)
     if location is not None and np.shape(location) != (3,):
         raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
-    depsgraph = bpy.context.evaluated_depsgraph_get()
+    depsgraph = meshes.depsgraph_with(obj)
     world = handle_motion.object_matrix(obj, depsgraph)
     rest = meshes.read_rest(obj)
     found = fit(HeldMesh(obj, depsgraph), HandleSpec(name, indices, np.ones(len(indices)), is_exact))
@@ -78,8 +78,8 @@ def add_handle(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
-    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), handle)
-    made_objects.resize_empties(obj)
+    staying.stay(obj, None, handle)
+    made_objects.resize_empty(obj, handle)
     return handle
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import bpy
 import numpy as np
 from mathutils import Matrix
@@ -11,6 +13,9 @@ from ..core.arrays import Floats
 from ..props import hooks
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
 
 
 def new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
@@ -39,7 +44,12 @@ def resize_empties(obj: bpy.types.Object) -> None:
     made: handle_motion.Made = {}
     for handle in obj.arap.handles:
         if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle, made):
-            handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
+            resize_empty(obj, handle)
+
+
+def resize_empty(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    """The same for one, whose empty is there."""
+    handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
 
 
 def remove_unused(target: bpy.types.Object) -> None:

@@ -92,7 +92,7 @@ PINS = GroupList("pin", "pins", "active_pin_index")
 def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
     """Makes a vertex group of ``vertices`` (weight 1) and pins it where it is shown."""
     pin: ArapPin = PINS.add_vertices(obj, vertices, name)
-    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), pin)
+    staying.stay(obj, None, pin)
     return pin
 
 
@@ -102,7 +102,7 @@ def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
     was_enabled = former is not None and former.is_enabled
     pin: ArapPin = PINS.add_group(obj, vertex_group)
     if not was_enabled:
-        staying.stay(obj, bpy.context.evaluated_depsgraph_get(), pin)
+        staying.stay(obj, None, pin)
     return pin
 
 
