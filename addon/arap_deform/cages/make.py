@@ -49,7 +49,7 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
 
     def finish(self) -> ArapHandle:
         """Adds the cage. Raises as add_cage(), or RuntimeError if the object is gone."""
-        positions, quads = self._work.result()
+        positions, quads = self._result()
         obj = self.find_object()
         cage = _new_object(obj, positions @ self._space.unstretch.T, quads)
         try:

@@ -47,28 +47,40 @@ class Job(Protocol[Result_co]):
 
 
 class BackgroundJob(Generic[Result]):
-    """The base of Jobs that do all their work in the background, before finish()."""
+    """The base of Jobs that do all their work in the background, before finish().
+
+    It begins with the first step(): of many jobs that are checked before any work, one works at a time.
+    """
 
     __class_getitem__: Any = classmethod(GenericAlias)  # see Background
 
     def __init__(self, steps: Steps[Result]) -> None:
-        """Begins."""
-        self._work = Background(steps)
+        self._todo = steps
+        self._work: Background[Result] | None = None
 
     @property
     def fraction(self) -> float:
-        return self._work.fraction
+        return 0.0 if self._work is None else self._work.fraction
 
     @property
     def stage_fraction(self) -> float:
-        return self._work.fraction
+        return self.fraction
 
     def step(self, time_limit_s: float = STEP_S) -> bool:
         """Waits for up to ``time_limit_s``; True while there is more to do. After the last step, call finish()."""
+        if self._work is None:
+            self._work = Background(self._todo)
         return self._work.step(time_limit_s)
 
     def cancel(self) -> None:
-        self._work.drop()
+        self._todo.close()
+        if self._work is not None:
+            self._work.drop()
+
+    def _result(self) -> Result:
+        """What the work has returned; raises what it has raised. After the last step."""
+        assert self._work is not None
+        return self._work.result()
 
 
 def run_job(job: Job[Result_co], progress: Progress | None = None) -> Result_co:

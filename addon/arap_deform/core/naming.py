@@ -27,6 +27,13 @@ def numbered(name: str, taken: Container[str]) -> str:
     return next(found for found in (f"{base}.{i:03d}" for i in count(1)) if found not in taken)
 
 
+def sentences(reasons: Sequence[str], most: int = 20) -> str:
+    """'A. B', each once, and how many more there are. A reason is a sentence without a full stop."""
+    all_of_them = list(dict.fromkeys(reasons))
+    more = len(all_of_them) - most
+    return ". ".join(all_of_them[:most] + ([f"And {more} more"] if more > 0 else []))
+
+
 def counted(n: int, noun: str) -> str:
     """'1 key' or '2 keys'."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"

@@ -78,7 +78,7 @@ class SolveJob(BackgroundJob[Readout]):
 
     def finish(self) -> Readout:
         """Writes the shape key and keeps the session. Raises as solve()."""
-        result = self._work.result()
+        result = self._result()
         obj = bpy.data.objects.get(self.object_name)
         if obj is None or self._session is None:
             raise RuntimeError(f"'{self.object_name}' is gone: there is nothing to pose")

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import naming
 from ..core.arrays import Floats
 from ..core.transforms import transformed
 from . import meshes
@@ -79,26 +80,30 @@ def movers(obj: bpy.types.Object, entries: Iterable[ArapPin | ArapHandle]) -> li
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-    """Raises ValueError if an enabled pin or handle, or the object itself, cannot work. With a cage the others rest."""
+    """Raises ValueError with all of problems()."""
+    found = problems(obj, depsgraph)
+    if found:
+        raise ValueError(naming.sentences(found))
+
+
+def problems(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Why enabled pins and handles, or the object itself, cannot work: a sentence each. With a cage the others rest."""
     if not meshes.is_evaluated(obj, depsgraph):
-        raise ValueError(
+        return [
             f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
-        )
+        ]
     cage = cages.enabled_cage(obj)
     if cage is not None:
-        if reason := problem_of(obj, cage, depsgraph):
-            raise ValueError(reason)
-        return
-    for pin in obj.arap.pins:
-        if pin.is_enabled and pin.name not in obj.vertex_groups:
-            raise ValueError(
-                f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
-            )
+        reason = problem_of(obj, cage, depsgraph)
+        return [reason] if reason else []
+    of_pins = [
+        f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
+        for pin in obj.arap.pins
+        if pin.is_enabled and pin.name not in obj.vertex_groups
+    ]
     made: Made = {}
-    for handle in obj.arap.handles:
-        reason = problem_of(obj, handle, depsgraph, made) if handle.is_enabled else ""
-        if reason:
-            raise ValueError(reason)
+    of_handles = (problem_of(obj, handle, depsgraph, made) for handle in obj.arap.handles if handle.is_enabled)
+    return [*of_pins, *(reason for reason in of_handles if reason)]
 
 
 def problem_of(

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
+from ..core import naming
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
 from ..core.session_input import BoneHold, CageHold, Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
@@ -122,19 +123,16 @@ def read_input(
     mesh = meshes.read_mesh(obj)
     stretch = meshes.read_stretch(obj, depsgraph)
     state = read_state(obj, depsgraph, stretch, pose_key.name_of(obj), mesh.rest_positions)
-    shape_keys.check_writable(obj)
-    pose_key.check_name(obj)
-    handle_motion.check_handles(obj, depsgraph)
-    if needs_holds and not state.holds:
-        raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
+    if found := problems_of(obj, depsgraph, needs_holds=needs_holds):
+        raise ValueError(naming.sentences(found))
     cage = cages.enabled_cage(obj)
     if cage is not None:
         around = cages.cage_of(cage, mesh.rest_positions)
         return SessionInput(**vars(state), mesh=mesh, specs=(), signature=MeshSignature.of(mesh, ()), cage=around)
-    check_stiffness(obj)
     wanted = sorted({*groups_of(state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
-    _check_handle_weights(obj, weights)
+    if found := _unweighted(obj, weights):
+        raise ValueError(naming.sentences(found))
     specs = tuple(spec_of(entry, weights, mesh.rest_positions) for entry in enabled_entries(obj))
     stiffness = stiffness_of(state.stiff_groups, weights)
     regions = regions_of(state.stiff_groups, weights, mesh)
@@ -148,14 +146,35 @@ def read_input(
     )
 
 
-def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
-    for handle in obj.arap.handles:
-        if (
-            handle.is_enabled
-            and not (handle.is_bone_alone or handle.is_cage)
-            and not weights[handle.vertex_group].any()
-        ):
-            raise ValueError(handle_motion.no_weights(obj, handle))
+def problems_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, needs_holds: bool = True) -> list[str]:
+    """Every reason why a mesh cannot be posed as it is now, a sentence each. Whatever poses it asks here, before work.
+
+    Args:
+        obj: a mesh that meshes.check_mesh() accepts, with a scale. Its weights are not looked at.
+        needs_holds: see read_input().
+    """
+    checks = (shape_keys.check_writable, pose_key.check_name)
+    found = [reason for check in checks if (reason := _reason_of(check, obj))]
+    found += handle_motion.problems(obj, depsgraph)
+    if needs_holds and not enabled_entries(obj):
+        found.append(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
+    if cages.enabled_cage(obj) is None:
+        found += _stiffness_problems(obj)
+    return found
+
+
+def _reason_of(check: Callable[[bpy.types.Object], None], obj: bpy.types.Object) -> str:
+    try:
+        check(obj)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _unweighted(obj: bpy.types.Object, weights: dict[str, Floats]) -> list[str]:
+    """Of each enabled handle whose group has no weights, a sentence that says so."""
+    with_group = (h for h in obj.arap.handles if h.is_enabled and not (h.is_bone_alone or h.is_cage))
+    return [handle_motion.no_weights(obj, handle) for handle in with_group if not weights[handle.vertex_group].any()]
 
 
 def counts_of(obj: bpy.types.Object) -> Counts:
@@ -209,11 +228,11 @@ def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
     )
 
 
-def check_stiffness(obj: bpy.types.Object) -> None:
-    """Raises ValueError if an enabled entry has no vertex group."""
-    for entry in enabled_stiffness(obj):
-        if entry.group not in obj.vertex_groups:
-            raise ValueError(
-                f"Stiffness '{entry.group}' of '{obj.name}': there is no vertex group of that name; "
-                "choose one or remove it from the list"
-            )
+def _stiffness_problems(obj: bpy.types.Object) -> list[str]:
+    """Of each enabled entry without a vertex group, a sentence that says so."""
+    return [
+        f"Stiffness '{entry.group}' of '{obj.name}': there is no vertex group of that name; "
+        "choose one or remove it from the list"
+        for entry in enabled_stiffness(obj)
+        if entry.group not in obj.vertex_groups
+    ]

@@ -196,13 +196,9 @@ class BonesTest(SceneTest):
         modifier.show_render = False
         add(obj, armature)
         obj.arap.model = "surface"
-        self.assert_error(
-            ValueError,
-            "Handle 'Lower' of 'Tube': a bone without a vertex group moves what is inside; choose Model: Solid, "
-            "or choose a group",
-            self.api.solve,
-            obj,
-        )
+        why = "a bone without a vertex group moves what is inside; choose Model: Solid, or choose a group"
+        message = f"Handle 'Lower' of 'Tube': {why}. Handle 'Upper' of 'Tube': {why}"
+        self.assert_error(ValueError, message, self.api.solve, obj)
 
     def test_the_operator_takes_the_selected_armature_or_the_selected_bones(self):
         obj = mesh_object()
