@@ -81,9 +81,12 @@ def keep_up(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool = 
             noted.update(names)
     late.done(target.name, noted.difference(names))
     twins.tie(body, target)
+    is_any_new = False
     for name in [name for name in names if name in noted]:
         positions = versions.read_key(shape_keys.find(body, name))
-        write(body, follower, name, positions, may_wait=may_wait)
+        is_any_new |= _write(body, follower, name, positions, may_wait=may_wait)
+    if is_any_new:
+        shape_keys.tell_changed(target)
     late.done(target.name, ())
 
 
@@ -99,6 +102,12 @@ def write(
     Raises:
         ValueError: there is no reference key any more, or as wraps.bound().
     """
+    if _write(body, follower, name, positions, may_wait=may_wait):
+        shape_keys.tell_changed(follower.target)
+
+
+def _write(body: bpy.types.Object, follower: ArapFollower, name: str, positions: Float32s, *, may_wait: bool) -> bool:
+    """As write(), but tells nobody of a new twin; returns whether there is one."""
     target = follower.target
     if target.data.shape_keys is None:  # made now, it could be missing after an undo
         raise ValueError(f"'{target.name}' has lost its shape keys: press Carry Along again")
@@ -111,6 +120,7 @@ def write(
         late.add(target.name, [name])
     else:
         late.done(target.name, [name])
+    return twin is None
 
 
 def _shape(body: bpy.types.Object, follower: ArapFollower, positions: Float32s, *, may_wait: bool) -> Float32s | None:

@@ -115,6 +115,8 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             _look_at(update.id.original, is_moved=update.is_updated_transform)
         if update.is_updated_transform and update.id.arap.followers:
             _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
+    if depsgraph.id_type_updated("ACTION"):
+        _look_at_keyframes(depsgraph)
     if not late.waiting():
         return
     if not bpy.app.background:
@@ -149,6 +151,17 @@ def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
             _suspect(body, follower)
         elif not twins.are_all_there(body, follower.target):
             late.add(name)
+
+
+def _look_at_keyframes(depsgraph: bpy.types.Depsgraph) -> None:
+    """The keyframes of bodies may have changed: those of twins change, too."""
+    actions = [update.id.original for update in depsgraph.updates if isinstance(update.id, bpy.types.Action)]
+    animated = (keys for keys in bpy.data.shape_keys if keys.animation_data is not None)
+    meshes_of = {keys.user for keys in animated if keys.animation_data.action in actions}
+    for body in bpy.data.objects if meshes_of else ():
+        if body.data in meshes_of:
+            for follower in body.arap.followers:
+                guarded(body, follower, partial(twins.tie, body, follower.target))
 
 
 def _look_at_scale(body: bpy.types.Object, world: Floats) -> None:

@@ -13,7 +13,8 @@ from collections.abc import Iterable
 import bpy
 
 from ..core.arrays import Float32s
-from ..scene import baked, fcurves, pose_key, shape_keys
+from ..scene import baked, pose_key, shape_keys
+from . import twin_keyframes
 
 # Blender works out an expression as simple as this one by itself. So no Python runs, which a file may forbid.
 EXPRESSION = "value * (1 - mute)"
@@ -57,23 +58,22 @@ def why_hidden(body: bpy.types.Object, target: bpy.types.Object) -> str:
 
 
 def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Float32s) -> bpy.types.ShapeKey:
-    """A twin of the body's key of that name. ``target`` has a reference key."""
-    twin = _renamed(body, target, name)
+    """A twin of the body's key of that name. ``target`` has a reference key. The caller calls tell_changed()."""
+    item = target.arap.carried.twins.get(name)
+    twin = _renamed(body, target, name) if item is not None else None
     if twin is None:
         with shape_keys.active_kept(target):
             twin = shape_keys.new(target, name, shape)
     else:
         shape_keys.write(target, twin, shape)
-    item = target.arap.carried.twins.get(name)
     if item is None:
         item = target.arap.carried.twins.add()
     item.name, item.key = name, twin.name
     twin.slider_min, twin.slider_max = WIDEST
     key = body.data.shape_keys.key_blocks[name]
-    _copy_keyframes(body, key, target, twin)
+    twin_keyframes.copy(body, key, target, twin)
     _drive(body, key, twin)
     twin.value = 0.0 if key.mute else key.value  # until the driver is evaluated
-    shape_keys.tell_changed(target)
     return twin
 
 
@@ -105,10 +105,15 @@ def keep_only(target: bpy.types.Object, names: Iterable[str]) -> None:
             twins.remove(index)
     if gone:
         shape_keys.remove(target, *gone)
+    if not twins:
+        twin_keyframes.leave(target)
 
 
 def tie(body: bpy.types.Object, target: bpy.types.Object) -> None:
-    """Gives a driver to the twins that have lost theirs, or have that of another body, as copies may."""
+    """Gives a driver to the twins that have lost theirs, or have that of another body, as copies may.
+
+    And the keyframes of their keys, if these have others now.
+    """
     for item in target.arap.carried.twins:
         key, twin = shape_keys.find(body, item.name), find(target, item.name)
         if key is None or twin is None:
@@ -116,6 +121,7 @@ def tie(body: bpy.types.Object, target: bpy.types.Object) -> None:
         fcurve = _driver_of(target, twin)
         if fcurve is None or (body.data.shape_keys, shape_keys.value_path(key)) not in _places(fcurve):
             _drive(body, key, twin)
+        twin_keyframes.copy(body, key, target, twin)
 
 
 def _driver_of(target: bpy.types.Object, twin: bpy.types.ShapeKey) -> bpy.types.FCurve | None:
@@ -168,18 +174,3 @@ def _drive(body: bpy.types.Object, key: bpy.types.ShapeKey, twin: bpy.types.Shap
         place.id_type, place.id = "KEY", body.data.shape_keys
         place.data_path = f"{path.rpartition('.')[0]}.{name}"
     driver.type, driver.expression = "SCRIPTED", EXPRESSION
-
-
-def _copy_keyframes(
-    body: bpy.types.Object, key: bpy.types.ShapeKey, target: bpy.types.Object, twin: bpy.types.ShapeKey
-) -> None:
-    of_body = fcurves.fcurves_of(body.data.shape_keys)
-    fcurve = of_body.find(shape_keys.value_path(key)) if of_body is not None else None
-    if fcurve is None:
-        return
-    try:
-        shape_keys.check_animatable(target)
-    except ValueError:  # an action that belongs to others, too: the driver is enough in Blender
-        return
-    keyframes = [(point.co.x, point.co.y) for point in fcurve.keyframe_points]
-    fcurves.insert_linear_keyframes(target.data.shape_keys, twin, shape_keys.value_path(twin), keyframes)
