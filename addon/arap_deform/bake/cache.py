@@ -12,6 +12,7 @@ from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
 from ..core.naming import listed
+from ..scene import fcurves
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range
 from .frames_job import FramesJob
@@ -40,6 +41,8 @@ class MeshCacheJob(FramesJob[Path]):
         """Checks everything. Arguments and errors as export_mesh_cache()."""
         scene = scene or bpy.context.scene
         check_range(start, end, step)
+        if add_modifier:
+            _check_time(scene, step)
         check_in_scene(obj, scene)
         self._path = whole_path(path)
         format_of(self._path)
@@ -47,7 +50,7 @@ class MeshCacheJob(FramesJob[Path]):
         self._add_modifier = add_modifier
         self._left_out = [follower.name for follower in below(obj)]
         self._writer: CacheWriter | None = None
-        super().__init__(obj, scene, list(range(start, end + 1, step)))
+        super().__init__(obj, scene, list(range(start, end + 1, step)), None)
         fps = scene.render.fps / scene.render.fps_base
         try:
             self._writer = CacheWriter(self._path, len(obj.data.vertices), self._frames, fps)
@@ -73,7 +76,7 @@ class MeshCacheJob(FramesJob[Path]):
         assert self._writer is not None
         self._writer.finish()
         if self._add_modifier:
-            add_mesh_cache_modifier(obj, self._path, self._frames[0], self._step)
+            add_mesh_cache_modifier(obj, self._path, self._frames[0], self._step, fcurves.time_scale(self._scene()))
         return self._path
 
 
@@ -123,8 +126,23 @@ def export_mesh_cache(
     return run_job(MeshCacheJob(obj, path, start, end, step, scene, add_modifier=add_modifier), progress)
 
 
-def add_mesh_cache_modifier(obj: bpy.types.Object, path: Path, start: int, step: int = 1) -> bpy.types.Modifier:
-    """Adds a Mesh Cache modifier, first of all, that shows the first frame of the file at frame ``start``."""
+def _check_time(scene: bpy.types.Scene, step: int) -> None:
+    """Raises ValueError if the modifier cannot play a frame of the file in each ``step`` frames of the scene."""
+    fastest = bpy.types.MeshCacheModifier.bl_rna.properties["frame_scale"].hard_max
+    if step * fcurves.time_scale(scene) * fastest < 1.0:
+        raise ValueError(
+            f"Time Stretching of scene '{scene.name}' is more than a Mesh Cache modifier can play: New may be up to "
+            f"{step * fastest:.0f} times Old, or export without the modifier"
+        )
+
+
+def add_mesh_cache_modifier(
+    obj: bpy.types.Object, path: Path, start: int, step: int, time_scale: float
+) -> bpy.types.Modifier:
+    """Adds a Mesh Cache modifier, first of all, that shows the first frame of the file at frame ``start``.
+
+    ``time_scale``: see fcurves.time_scale().
+    """
     modifier = obj.modifiers.get(MODIFIER_NAME)
     if modifier is None or modifier.type != "MESH_CACHE":
         modifier = obj.modifiers.new(MODIFIER_NAME, "MESH_CACHE")
@@ -138,8 +156,8 @@ def add_mesh_cache_modifier(obj: bpy.types.Object, path: Path, start: int, step:
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"  # Blender's own axes
     modifier.factor = 1.0
     modifier.show_viewport = modifier.show_render = True  # Edit Again may have switched it off
-    # The modifier shows frame number frame_scale * frame - frame_start of the file.
-    modifier.frame_scale = 1.0 / step
+    # The modifier shows frame number frame_scale * time - frame_start of the file.
+    modifier.frame_scale = 1.0 / (step * time_scale)
     modifier.frame_start = start / step
     return modifier
 

@@ -18,7 +18,9 @@ def proposed_range(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[int, 
     first, last = min((span[0] for span in spans), default=0.0), max((span[1] for span in spans), default=0.0)
     if first == last or math.isinf(last):
         return scene.frame_start, scene.frame_end
-    return math.floor(first), math.ceil(last)
+    time_scale = fcurves.time_scale(scene)
+    # Rounded: 1 / (1 / 3) may be a little more than 3.
+    return math.floor(round(first / time_scale, 6)), math.ceil(round(last / time_scale, 6))
 
 
 def _data_of(mover: bpy.types.Object) -> list[bpy.types.ID]:

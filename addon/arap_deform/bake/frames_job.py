@@ -10,51 +10,61 @@ import bpy
 
 from ..core.mirror import are_same
 from ..core.session_input import is_same_stretch
-from ..scene import frame_state, handle_motion, meshes
-from .shapes_job import Result, ShapesJob, depsgraph_of
+from .shapes_job import Result, ShapesJob
+from .walk import FramesWalk
 
 
 class FramesJob(ShapesJob[Result]):
     """A ShapesJob of frames: the first frame starts from rest, every other one from the frame before.
 
-    It changes the current frame until its end.
+    First all frames are read: see FramesWalk.
     """
 
-    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: Sequence[int]) -> None:
+    def __init__(
+        self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: Sequence[int], walk: FramesWalk | None
+    ) -> None:
+        """``walk``: over the same frames of the scene, for several jobs; None: one of its own."""
         self._frames = list(frames)
-        self._frame_before = (scene.frame_current, scene.frame_subframe)
-        self._values_before = frame_state.capture()
+        self._walk = walk or FramesWalk(scene, frames)
         super().__init__(obj, scene, len(self._frames))
+        self._walk.join(obj, self._inputs.mesh.rest_positions)
 
     @property
     def frame(self) -> int:
         """The frame that is solved now."""
         return self._frames[min(self._n_done, self.n_shapes - 1)]
 
+    @property
+    def status(self) -> str:
+        return super().status if self._walk.is_done else f"reading frame {self._walk.frame}, {self._walk.fraction:.0%}"
+
+    @property
+    def stage_fraction(self) -> float:
+        return super().stage_fraction if self._walk.is_done else self._walk.fraction
+
     def _shape_name(self) -> str:
         return f"frame {self.frame}"
 
+    def _work(self, time_limit_s: float) -> None:
+        self._scene()
+        self._object()
+        if self._walk.is_done:
+            super()._work(time_limit_s)
+        else:
+            self._walk.step(time_limit_s)
+
     def _begin_shape(self) -> None:
         assert self._session is not None
-        scene = self._scene()
-        scene.frame_set(self.frame)
-        obj = self._object()
-        depsgraph = depsgraph_of(scene)
-        stretch = meshes.read_stretch(obj, depsgraph)
-        mirrors = meshes.read_mirrors(obj, depsgraph, stretch, self._inputs.mesh.rest_positions)
-        if not (is_same_stretch(self._session.stretch, stretch) and are_same(self._session.mirrors, mirrors)):
-            # The scale or a mirror plane is animated: what looks rigid, and what is posed, depends on them.
-            self._begin_bind(replace(self._inputs, stretch=stretch, mirrors=mirrors))
+        now = self._walk.motion(self.object_name, self._n_done)
+        if is_same_stretch(self._session.stretch, now.stretch) and are_same(self._session.mirrors, now.mirrors):
+            self._matrices = now.matrices
         else:
-            self._matrices = handle_motion.handle_matrices(obj, depsgraph)
+            # The scale or a mirror plane is animated: what looks rigid, and what is posed, depends on them.
+            self._begin_bind(replace(self._inputs, stretch=now.stretch, mirrors=now.mirrors))
 
     def _is_from_rest(self) -> bool:
         return self._n_done == 0
 
     def _go_back(self) -> None:
-        scene = bpy.data.scenes.get(self._scene_name)
-        if scene is not None:
-            frame, subframe = self._frame_before
-            scene.frame_set(frame, subframe=subframe)
-            frame_state.restore(self._values_before)
+        self._walk.leave(self.object_name)
         super()._go_back()

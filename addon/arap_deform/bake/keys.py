@@ -12,12 +12,13 @@ from ..core.background import Progress
 from ..core.job import run_job
 from ..core.mirror import seen_size
 from ..core.naming import NAME_BYTES
-from ..scene import baked, frame_state, pose_key, shape_keys
-from .estimate import Fit, check_search, frames_of
+from ..scene import baked, fcurves, pose_key, shape_keys
+from .estimate import BakeEstimate, Fit, check_search, frames_of
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob
 from .shapes_job import check_in_scene
 from .store import ShapeStore
+from .walk import FramesWalk
 
 IN_THE_TAB = "in the tab: Advanced > Shape Key"
 
@@ -38,8 +39,9 @@ class BakeJob(FramesJob[list[str]]):
         scene: bpy.types.Scene | None = None,
         *,
         fewest_keys_percent: float | None = None,
+        walk: FramesWalk | None = None,
     ) -> None:
-        """Checks everything. Arguments and errors as bake_animation()."""
+        """Checks everything. Arguments and errors as bake_animation(); ``walk``: see FramesJob."""
         scene = scene or bpy.context.scene
         frames = frames_of(start, end, step)
         check_in_scene(obj, scene)
@@ -51,9 +53,9 @@ class BakeJob(FramesJob[list[str]]):
         _check_prefix(obj, self._prefix, frames)
         shape_keys.check_animatable(obj)
         self._tolerance_percent = fewest_keys_percent
-        self._shapes = ShapeStore(len(obj.data.vertices))
+        self._shapes = ShapeStore(len(obj.data.vertices), len(frames))
         self._search: KeySearch | None = None
-        super().__init__(obj, scene, frames)
+        super().__init__(obj, scene, frames, walk)
         self._size = seen_size(self._inputs.mesh, self._inputs.mirrors, self._inputs.stretch)
 
     @property
@@ -63,6 +65,12 @@ class BakeJob(FramesJob[list[str]]):
         if self._search is None:
             return Fit(n, n, 0.0, self._size)
         return Fit(n, len(self._search.keys), self._search.largest_distance, self._size)
+
+    @property
+    def bytes_in_file(self) -> int:
+        """What the keys take at least."""
+        n_keys = self.n_shapes if self._tolerance_percent is None else 1
+        return BakeEstimate(n_keys, self._inputs.counts[0]).bytes_in_file
 
     @property
     def status(self) -> str:
@@ -90,7 +98,11 @@ class BakeJob(FramesJob[list[str]]):
         shape_keys.check_writable(obj)
         kept = range(len(self._frames)) if self._search is None else self._search.keys
         names = shape_keys.write_animation(
-            obj, self._prefix, [self._frames[i] for i in kept], (self._shapes[i] for i in kept)
+            obj,
+            self._prefix,
+            [self._frames[i] for i in kept],
+            lambda i: self._shapes[kept[i]],
+            fcurves.time_scale(self._scene()),
         )
         self._shapes.close()
         baked.show(obj, self._prefix)
@@ -100,7 +112,7 @@ class BakeJob(FramesJob[list[str]]):
             key.mute = True  # else its pose would add to every baked pose
         # A key of the former bake may have the name of a new one.
         keys = obj.data.shape_keys
-        frame_state.drop(self._values_before, keys, {shape_keys.value_path(keys.key_blocks[name]) for name in names})
+        self._walk.forget_values(keys, {shape_keys.value_path(keys.key_blocks[name]) for name in names})
         return names
 
 

@@ -27,9 +27,10 @@ Result = TypeVar("Result")
 class ShapesJob(ABC, Generic[Result]):
     """A Job of many solves.
 
-    If no live session fits, the mesh is bound first, in the background. Nothing in the file changes before finish(),
-    except what a kind of job says in its own text. If step() or finish() raises, call cancel(): it puts everything
-    back. It holds names, no Blender data.
+    If no live session fits, the mesh is bound first, in the background, from the first step() on: of many jobs that are
+    checked before any work, one is bound at a time. Nothing in the file changes before finish(), except what a kind of
+    job says in its own text. If step() or finish() raises, call cancel(): it puts everything back. It holds names, no
+    Blender data.
     """
 
     __class_getitem__: Any = classmethod(GenericAlias)  # see Background
@@ -58,9 +59,7 @@ class ShapesJob(ABC, Generic[Result]):
         """One for each solved shape."""
         self._inputs = read_input(obj, depsgraph_of(scene))
         session = mesh.fitting(obj, self._inputs)
-        if session is None:
-            self._begin_bind(self._inputs)
-        else:
+        if session is not None:
             self._take_live(session)
         sessions.claim(obj.name, self)
 
@@ -102,6 +101,8 @@ class ShapesJob(ABC, Generic[Result]):
             ValueError, RuntimeError: a handle, the object or the scene is gone, the mesh has changed or cannot be used,
                 or the solver failed.
         """
+        if self._session is None and self._bind is None:
+            self._begin_bind(self._inputs)
         is_solved = self._n_done == self.n_shapes
         if not is_solved:
             self._work(time_limit_s)

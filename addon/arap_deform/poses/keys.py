@@ -40,7 +40,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
         if not self._names:
             raise ValueError(f"'{obj.name}' has no stored poses: store one first")
         self._pose_matrices = [matrices_of(obj, name) for name in self._names]
-        self._shapes = ShapeStore(len(obj.data.vertices))
+        self._shapes = ShapeStore(len(obj.data.vertices), len(self._names))
         super().__init__(obj, scene, len(self._names))
 
     def cancel(self) -> None:
@@ -68,7 +68,11 @@ class PoseKeysJob(ShapesJob[list[str]]):
         # New keys first: if memory runs out for them, they are removed again and nothing has changed.
         new = [i for i, key in enumerate(own) if key is None]
         active = shape_keys.active_name(obj)
-        made = dict(zip(new, shape_keys.add_all(obj, "arap_pose", (self._shapes[i] for i in new)), strict=True))
+        made = dict(
+            zip(
+                new, shape_keys.add_all(obj, (self._names[i] for i in new), (self._shapes[i] for i in new)), strict=True
+            )
+        )
         names = []
         for i, pose in enumerate(poses):
             key = shape_keys.find(obj, made[i]) if i in made else own[i]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 import bpy
@@ -87,7 +87,7 @@ def hides_keys(modifier: bpy.types.Modifier) -> bool:
     """Whether a modifier takes the place of every vertex from a file, in viewports or in renders."""
     return bool(
         modifier.type == "MESH_CACHE"
-        and meshes.is_on(modifier)
+        and meshes.is_switched_on(modifier)
         and modifier.deform_mode == "OVERWRITE"
         and modifier.factor == 1.0
         and modifier.filepath
@@ -132,8 +132,8 @@ def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.Shap
     return key
 
 
-def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> list[str]:
-    """A new key for each shape, as new(), with Basis if the mesh has no keys; returns their names.
+def add_all(obj: bpy.types.Object, names: Iterable[str], shapes: Iterable[Float32s]) -> list[str]:
+    """A new key for each name and shape, as new(), with Basis if the mesh has no keys; returns their names.
 
     If Blender runs out of memory half way, or ``shapes`` raises, the new keys are removed again.
     """
@@ -141,11 +141,10 @@ def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> lis
     ensure_reference(obj)
     made: list[str] = []
     try:
-        for shape in shapes:
-            made.append(new(obj, name, shape).name)  # noqa: PERF401 - what is made so far must be known
+        for name, shape in zip(names, shapes, strict=True):
+            made.append(new(obj, name, shape).name)
     except BaseException:
-        for key in made:
-            _remove(obj, key)
+        _remove(obj, made)
         if not had_keys:
             remove_lone_reference(obj)
         raise
@@ -153,7 +152,19 @@ def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> lis
 
 
 def write(obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s, *, is_frame: bool = False) -> None:
-    """Writes (n, 3) contiguous float32 and has Blender show it. ``is_frame``: see hooks.key_written."""
+    """Writes (n, 3) contiguous float32 and has Blender show it. ``is_frame``: see hooks.key_written.
+
+    Keys that are relative to this one go along: they keep what they add to it.
+    """
+    _write(obj, key, positions, _bases(obj), is_frame=is_frame)
+
+
+def _write(
+    obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s, bases: set[str], *, is_frame: bool
+) -> None:
+    """As write(). ``bases``: from _bases()."""
+    if key.name in bases:
+        _shift(_relative_to(obj, key), key, positions)
     versions.write_key(key, positions)
     obj.data.update_tag()
     for written in hooks.key_written:
@@ -174,19 +185,51 @@ def show(key: bpy.types.ShapeKey) -> None:
 
 
 def remove(obj: bpy.types.Object, *names: str) -> None:
-    """Removes keys with what animates them. Passes over those that are not there."""
-    for name in names:
-        _remove(obj, name)
+    """Removes keys with what animates them. Passes over those that are not there. As _remove()."""
+    _remove(obj, names)
     tell_changed(obj)
 
 
-def _remove(obj: bpy.types.Object, name: str) -> None:
-    key = find(obj, name)
-    if key is not None:
+def _remove(obj: bpy.types.Object, names: Iterable[str]) -> None:
+    """What is relative to a key that goes is relative to rest then, and adds what it did."""
+    keys = obj.data.shape_keys
+    bases = _bases(obj)
+    for name in names:
+        key = find(obj, name)
+        if key is None:
+            continue
+        if name in bases and key != keys.reference_key:
+            _shift(_relative_to(obj, key), key, meshes.read_rest(obj))
+            for other in keys.key_blocks:
+                if other.relative_key == key:
+                    other.relative_key = keys.reference_key
         # Before the key: Blender 4.5 takes its driver away from under the next evaluation, and that crashes.
-        fcurves.remove_animation(obj.data.shape_keys, value_path(key))
+        fcurves.remove_animation(keys, value_path(key))
         with active_kept(obj):
             obj.shape_key_remove(key)
+
+
+def _bases(obj: bpy.types.Object) -> set[str]:
+    """Names of the keys that others are relative to. One look for all: among a thousand keys each takes long."""
+    keys = obj.data.shape_keys
+    return {key.relative_key.name for key in keys.key_blocks} if keys is not None else set()
+
+
+def _relative_to(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> list[bpy.types.ShapeKey]:
+    """The keys that are relative to ``key``, those that are relative to these, and so on; but not the reference."""
+    keys = obj.data.shape_keys
+    found = [key]
+    for base in found if key != keys.reference_key else ():  # which grows
+        found += [k for k in keys.key_blocks if k.relative_key == base and k != keys.reference_key and k not in found]
+    return found[1:]
+
+
+def _shift(others: Iterable[bpy.types.ShapeKey], key: bpy.types.ShapeKey, positions: Float32s) -> None:
+    """Moves other keys as ``key`` moves, which will have these positions, or whose place another key takes."""
+    shift = None
+    for other in others:
+        shift = positions - versions.read_key(key) if shift is None else shift
+        versions.write_key(other, versions.read_key(other) + shift)
 
 
 @contextmanager
@@ -279,25 +322,42 @@ def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
             yield key.name
 
 
-def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: Iterable[Float32s]) -> list[str]:
+def write_animation(
+    obj: bpy.types.Object, prefix: str, frames: Sequence[int], shape_of: Callable[[int], Float32s], time_scale: float
+) -> list[str]:
     """One key for each frame. At its frame only this key shows, with value 1, and neighbours blend linearly.
 
-    Keys of an earlier bake with the same prefix are replaced. The caller calls tell_changed() at the end, see new().
+    Keys of an earlier bake with the same prefix are written again, or go. The caller calls tell_changed() at the end,
+    see new(). No key gets another name: then Blender searches all animation of the file.
+
+    Args:
+        shape_of: (n, 3) of a frame by its index.
+        time_scale: see fcurves.time_scale().
     """
-    made = add_all(obj, "arap_bake", shapes)
-    active = active_name(obj)
-    for name in list(frame_keys(obj, prefix)):
-        _remove(obj, name)
-    tell_changed(obj)  # before new ones take their names
-    keys = obj.data.shape_keys
-    names = []
-    for i, frame in enumerate(frames):
-        key = keys.key_blocks[made[i]]
-        key.name = frame_key_name(prefix, frame)
-        names.append(key.name)
-        around = [(frames[i - 1], 0.0)] if i > 0 else []
-        around += [(frame, 1.0)]
-        around += [(frames[i + 1], 0.0)] if i + 1 < len(frames) else []
-        fcurves.insert_linear_keyframes(keys, key, value_path(key), around)
+    former, active = set(frame_keys(obj, prefix)), active_name(obj)
+    names = [frame_key_name(prefix, frame) for frame in frames]
+    # New keys first: if memory runs out for them, nothing has changed.
+    new_ones = [i for i, name in enumerate(names) if name not in former]
+    made = add_all(obj, (names[i] for i in new_ones), (shape_of(i) for i in new_ones))
+    for i, name in zip(new_ones, made, strict=True):
+        names[i] = name
+    _remove(obj, former.difference(names))
+    tell_changed(obj)
+    keys, bases = obj.data.shape_keys, _bases(obj)
+    for i, name in enumerate(names):
+        key = keys.key_blocks[name]
+        if name in former:
+            fcurves.remove_animation(keys, value_path(key))
+            _make_plain(key, keys.reference_key)
+            _write(obj, key, shape_of(i), bases, is_frame=False)
+        around = [(k, float(k == i)) for k in (i - 1, i, i + 1) if 0 <= k < len(frames)]
+        keyframes = [(frames[k] * time_scale, value) for k, value in around]
+        fcurves.insert_linear_keyframes(keys, key, value_path(key), keyframes)
     make_active(obj, active)
     return names
+
+
+def _make_plain(key: bpy.types.ShapeKey, reference: bpy.types.ShapeKey) -> None:
+    """Takes away what the artist has set on a key."""
+    key.mute, key.vertex_group, key.relative_key = False, "", reference
+    key.slider_min, key.slider_max, key.value = 0.0, 1.0, 0.0

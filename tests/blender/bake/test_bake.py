@@ -396,10 +396,12 @@ class CancelTest(SceneTest):
         """The bind runs in a thread; a cancel drops it, and its error ends the job. What it has bound it gives back."""
         obj = animated()
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        job.step(1e-6)
         self.assertIsNotNone(job.bind_fraction)
         job.cancel()
         self.assertIsNone(module("core.sessions").get("Tube"))
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        self.assertTrue(job.step())
         while job.bind_fraction is not None:
             self.assertTrue(job.step())
         self.assertEqual(job.fraction, 0.0)
@@ -416,6 +418,7 @@ class CancelTest(SceneTest):
         obj = animated()
         self.api.solve(obj)
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        job.step(1e-6)
         self.assertIsNone(job.bind_fraction)
         job.cancel()
         self.assertIsNotNone(module("core.sessions").get("Tube"))

@@ -78,9 +78,8 @@ class MeshCacheTest(SceneTest):
         obj = animated()
         self.api.solve(obj)
         self.api.export_mesh_cache(obj, self.mdd, 1, 5, add_modifier=True)
-        message = (
-            "Modifier 'ARAP Cache' of 'Tube' shows a cache in place of the pose: switch it off, in viewports and renders"
-        )
+        reason = "shows a cache in place of the pose: switch it off, in viewports and renders"
+        message = f"Modifier 'ARAP Cache' of 'Tube' {reason}"
         for act in (self.api.solve, self.api.bake_pose):
             self.assert_error(ValueError, message, act, obj)
         obj.modifiers["ARAP Cache"].show_viewport = False

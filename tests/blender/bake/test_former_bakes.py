@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake over a former one, and the walk over the frames."""
+
+from looks import key_names
+from support import SceneTest, module
+from tubes import animated, mesh_object, own_key
+
+
+class FormerBakeTest(SceneTest):
+    """Keys of former bakes are evaluated for nothing while a new one reads the frames."""
+
+    def values(self, obj, names):
+        return [obj.data.shape_keys.key_blocks[name].value for name in names]
+
+    def mutes(self, *objs):
+        """Of all F-curves and drivers."""
+        keys = [obj.data.shape_keys for obj in objs]
+        curves = [c for k in keys for c in (*module("scene.fcurves").all_fcurves_of(k), *k.animation_data.drivers)]
+        return [curve.mute for curve in curves]
+
+    def test_they_do_not_change_while_another_bake_reads_the_frames(self):
+        obj = animated()
+        shirt = mesh_object("Shirt")
+        self.api.carry_along(obj, [shirt])
+        names = [*self.api.bake_animation(obj, 1, 4, prefix="One "), *self.api.bake_animation(obj, 1, 4)]
+        smile = own_key(obj, "Smile", value=0.0)
+        smile.keyframe_insert("value", frame=1)
+        self.scene.frame_set(1)
+        before, mutes = (self.values(obj, names), self.values(shirt, names)), self.mutes(obj, shirt)
+        self.assertFalse(any(mutes))
+        for is_cancelled in (True, False):
+            job = module("bake.keys").BakeJob(obj, 1, 4)
+            frames = []
+            while job.fraction == 0.0 or job.frame < 3:
+                job.step(1e-6)
+                frames.append(self.scene.frame_current)
+                self.assertEqual((self.values(obj, names), self.values(shirt, names)), before)
+            self.assertEqual(set(frames), {1, 2, 3}, "with the last frame it goes back")
+            self.assertEqual(self.mutes(obj, shirt), mutes, "all frames are read")
+            if is_cancelled:
+                job.cancel()
+                self.assertEqual(self.mutes(obj, shirt), mutes)
+        while job.step():
+            pass
+        job.finish()
+        self.assertFalse(any(self.mutes(obj, shirt)))
+
+    def test_a_cancel_while_frames_are_read_wakes_them_and_only_them(self):
+        obj = animated()
+        names = self.api.bake_animation(obj, 1, 4)
+        curves = module("scene.fcurves").fcurves_of(obj.data.shape_keys)
+        curves[1].mute = True
+        before = self.mutes(obj)
+        job = module("bake.keys").BakeJob(obj, 1, 4)
+        job.step(1e-6)
+        self.assertTrue(all(self.mutes(obj)))
+        job.cancel()
+        self.assertEqual(self.mutes(obj), before)
+        self.assertEqual(key_names(obj), ["Basis", *names])
+
+    def test_an_export_too(self):
+        obj = animated()
+        names = self.api.bake_animation(obj, 1, 4)
+        self.scene.frame_set(1)
+        before = self.values(obj, names)
+        job = module("bake.cache").MeshCacheJob(obj, self.new_folder() / "tube.mdd", 1, 4)
+        job.step(1e-6)
+        job.step(1e-6)
+        self.assertEqual((self.scene.frame_current, self.values(obj, names)), (2, before))
+        job.cancel()
+
+    def test_frames_are_read_before_any_is_solved(self):
+        """A handle that breaks in the last frame is told before the work; and the scene is where it was meanwhile."""
+        obj = animated()
+        target = obj.arap.handles[0].target
+        for target.hide_viewport, frame in ((False, 1), (True, 9)):
+            target.keyframe_insert("hide_viewport", frame=frame)
+        self.scene.frame_set(2)
+        job = module("bake.keys").BakeJob(obj, 1, 9)
+        with self.assertRaisesRegex(ValueError, "'Head' is disabled in viewports"):
+            while job.step():
+                self.assertEqual(job.fraction, 0.0)
+        job.cancel()
+        self.assertEqual(self.scene.frame_current, 2)
