@@ -11,25 +11,40 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import bpy
 
 from .bake.cache import MeshCacheJob
+from .bake.estimate import frames_of
 from .bake.keys import BakeJob
-from .bake.shapes_job import ShapesJob
-from .core import native, sessions
-from .core.job import run_job
+from .bake.shapes_job import ShapesJob, depsgraph_of
+from .bake.walk import FramesWalk
+from .bake.whole_file import WholeFile, check_space
+from .core import naming, native, sessions
+from .core.job import Job, run_job
+from .core.session_data import Readout
 from .pose.result import bake_pose
-from .pose.solve import solve
+from .pose.solve import begin_solve
 from .poses.keys import PoseKeysJob
 from .scene import pose_key, shape_keys
 from .scene.console import say
 
 COMMAND = "arap"
 
-Act = Callable[[bpy.types.Object, bpy.types.Scene, argparse.Namespace], str]  # returns the line to print
+
+@dataclass
+class Act:
+    """A job, and what makes the line to print of its result."""
+
+    job: Job[Any]
+    tell: Callable[[Any], str]
+
+
+Maker = Callable[[bpy.types.Object, bpy.types.Scene, argparse.Namespace], Act]
 
 _command: Any = None
 
@@ -116,18 +131,23 @@ def _parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> None:
     if options.command == "bake":
         _check_bake(options)
-    _check_output(options)
-    if options.file is not None:
-        if not options.file.is_file():
-            raise ValueError(f"{options.file} does not exist: check the path")
-        path = str(options.file.resolve())
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=options.enable_scripts)
-    elif not bpy.data.filepath:
-        raise ValueError("No .blend was given: name one")
-    problem = native.problem()
-    if problem:
-        raise RuntimeError(problem)
+    file = WholeFile(_checked_output(options))  # before any work: whether it can be written is known then
+    try:
+        _open(options.file, use_scripts=options.enable_scripts)
+        problem = native.problem()
+        if problem:
+            raise RuntimeError(problem)
+        _work(options, file.path)
+        _save(file)
+    finally:
+        file.discard()
+    say(f"Saved {file.path}")
+
+
+def _work(options: argparse.Namespace, output: Path) -> None:
     scene = bpy.context.scene
+    if any(Path(bpy.path.abspath(library.filepath)).resolve() == output for library in bpy.data.libraries):
+        raise ValueError(f"{output} is a library of the file: give another file with -o")
     objects = _objects(scene, options.objects)
     if options.command == "keys" and not options.objects:
         objects = [obj for obj in objects if obj.arap.poses] or objects
@@ -135,14 +155,85 @@ def _run(options: argparse.Namespace) -> None:
         raise ValueError(f"--cache takes one object, but {len(objects)} have handles: name it with --object")
     if getattr(options, "frame", None) is not None:
         scene.frame_set(options.frame)
-    acts: dict[str, Act] = {"pose": _pose, "bake": _bake, "keys": _keys}
-    act = acts[options.command]
+    acts = _all_acts(objects, scene, options)
+    try:
+        _check_space(output, acts)
+        while acts:
+            say(acts[0].tell(run_job(acts[0].job)))
+            sessions.drop(acts.pop(0).job.object_name)  # a shot has many meshes
+    finally:
+        for act in acts:
+            act.job.cancel()
+
+
+def _all_acts(objects: Sequence[bpy.types.Object], scene: bpy.types.Scene, options: argparse.Namespace) -> list[Act]:
+    """The work on all objects, checked. Raises ValueError with all that is wrong with any."""
+    make = _maker(scene, options)
+    acts, problems = [], []
     for obj in objects:
-        say(act(obj, scene, options))
-        sessions.drop(obj.name)  # a shot has many meshes
-    output = (options.output or Path(bpy.data.filepath)).resolve()
-    bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
-    say(f"Saved {output}")
+        try:
+            acts.append(make(obj, scene, options))
+        except native.ERRORS as error:
+            problems.append(native.sentence_of(error))
+    if problems:
+        for act in acts:
+            act.job.cancel()
+        raise ValueError(naming.sentences(problems))
+    return acts
+
+
+def _maker(scene: bpy.types.Scene, options: argparse.Namespace) -> Maker:
+    if options.command != "bake":
+        return _pose if options.command == "pose" else _keys
+    if options.frame is not None:
+        return _bake_frame
+    start = scene.frame_start if options.start is None else options.start
+    end = scene.frame_end if options.end is None else options.end
+    if options.cache is not None:
+        return partial(_export, start, end)
+    return partial(_bake_frames, FramesWalk(scene, frames_of(start, end, options.step)))  # one walk for all objects
+
+
+def _open(path: Path | None, *, use_scripts: bool) -> None:
+    """Opens the file to work on; None: the one that is open."""
+    if path is None:
+        return
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=use_scripts)
+    except RuntimeError as error:
+        raise ValueError(f"{path} cannot be opened ({_words_of(error)}): give a .blend of this Blender") from error
+
+
+def _save(file: WholeFile) -> None:
+    file.file.close()
+    file.part.unlink()  # else Blender keeps it as the version before
+    try:
+        _write_blend(file.part)
+    except RuntimeError as error:  # its folder could be written, so it is the disk; Blender may say "Success"
+        raise file.failure(_words_of(error)) from error
+    file.finish()
+
+
+def _write_blend(path: Path) -> None:
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, check_existing=False)
+
+
+def _words_of(error: RuntimeError) -> str:
+    """What Blender says of an error, in one line."""
+    return " ".join(str(error).removeprefix("Error: ").split())
+
+
+def _check_space(output: Path, acts: Sequence[Act]) -> None:
+    """Raises ValueError if the disk has no room for the new keys alone. Of compressed files nobody knows."""
+    if not _is_compressed(Path(bpy.data.filepath)):
+        n_bytes = sum(act.job.bytes_in_file for act in acts if isinstance(act.job, BakeJob))
+        check_space(output.parent, n_bytes, str(output))
+
+
+def _is_compressed(path: Path) -> bool:
+    """Whether a .blend is: it is saved again as it was."""
+    with path.open("rb") as file:
+        return file.read(7) != b"BLENDER"
 
 
 def _check_bake(options: argparse.Namespace) -> None:
@@ -156,18 +247,21 @@ def _check_bake(options: argparse.Namespace) -> None:
         raise ValueError(f"{options.cache} exists already: give another file, or --overwrite to write over it")
 
 
-def _check_output(options: argparse.Namespace) -> None:
-    """Raises ValueError if the output must not be written. Called before any work."""
+def _checked_output(options: argparse.Namespace) -> Path:
+    """The file to write. Raises ValueError if there is none, or if it must not be written."""
     given = options.file or (Path(bpy.data.filepath) if bpy.data.filepath else None)
+    if given is None:
+        raise ValueError("No .blend was given: name one")
+    if not given.is_file():
+        raise ValueError(f"{given} does not exist: check the path")
     output = options.output or given
-    if options.output is not None and not options.output.resolve().parent.is_dir():
-        raise ValueError(f"{options.output.resolve().parent} is not a folder: make it first")
-    if output is None or options.overwrite:
-        return
-    if given is not None and output.resolve() == given.resolve():
+    if not output.resolve().parent.is_dir():
+        raise ValueError(f"{output.resolve().parent} is not a folder: make it first")
+    if not options.overwrite and output.resolve() == given.resolve():
         raise ValueError(f"{output} is the input: give another file with -o, or --overwrite to write over it")
-    if output.exists():
+    if not options.overwrite and output.exists():
         raise ValueError(f"{output} exists already: give another file with -o, or --overwrite to write over it")
+    return Path(output.resolve())
 
 
 def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.types.Object]:
@@ -184,35 +278,45 @@ def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.ty
     return [scene.objects[name] for name in names]
 
 
-def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
-    done = solve(obj)
-    return (
-        f"{obj.name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
-    )
+def _pose(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> Act:
+    return Act(begin_solve(obj, depsgraph_of(scene)), partial(_solved, obj.name))
 
 
-def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> str:
-    if options.frame is not None:
-        line = _pose(obj, scene, options)
-        prefix = options.prefix or f"{pose_key.wanted_name(obj)}_"
-        return f"{line}, key '{bake_pose(obj, shape_keys.frame_key_name(prefix, options.frame)).name}'"
-    start = scene.frame_start if options.start is None else options.start
-    end = scene.frame_end if options.end is None else options.end
-    if options.cache is not None:
-        export = MeshCacheJob(obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True)
-        path = run_job(export)
-        return f"{obj.name}: {export.n_shapes} frames in {path}{_unsettled(export)}"
+def _solved(name: str, done: Readout) -> str:
+    return f"{name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
+
+
+def _bake_frame(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Act:
+    name = shape_keys.frame_key_name(options.prefix or f"{pose_key.wanted_name(obj)}_", options.frame)
+
+    def tell(done: Readout) -> str:
+        return f"{_solved(obj.name, done)}, key '{bake_pose(obj, name).name}'"
+
+    return Act(begin_solve(obj, depsgraph_of(scene)), tell)
+
+
+def _bake_frames(walk: FramesWalk, obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Act:
     job = BakeJob(
-        obj, start, end, options.step, prefix=options.prefix, scene=scene, fewest_keys_percent=options.fewest_keys
+        obj,
+        walk.frames[0],
+        walk.frames[-1],
+        options.step,
+        prefix=options.prefix,
+        scene=scene,
+        fewest_keys_percent=options.fewest_keys,
+        walk=walk,
     )
-    names = run_job(job)
-    return f"{obj.name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}"
+    return Act(job, lambda names: f"{job.object_name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}")
 
 
-def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
+def _export(start: int, end: int, obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Act:
+    job = MeshCacheJob(obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True)
+    return Act(job, lambda path: f"{job.object_name}: {job.n_shapes} frames in {path}{_unsettled(job)}")
+
+
+def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> Act:
     job = PoseKeysJob(obj, scene=scene)
-    names = run_job(job)
-    return f"{obj.name}: keys {', '.join(repr(name) for name in names)}{_unsettled(job)}"
+    return Act(job, lambda names: f"{job.object_name}: keys {', '.join(map(repr, names))}{_unsettled(job)}")
 
 
 def _unsettled(job: ShapesJob[Any]) -> str:

@@ -3,8 +3,11 @@
 
 import contextlib
 import io
+import os
+import shutil
 import subprocess
 import sys
+import types
 import unittest.mock
 from pathlib import Path
 
@@ -12,7 +15,7 @@ import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import TOP, mesh_object, posable
+from tubes import MIDDLE, TOP, animate, mesh_object, posable
 
 
 class CliTest(SceneTest):
@@ -190,8 +193,125 @@ class CliTest(SceneTest):
         broken.write_text("this is not a .blend")
         code, _, err = self.run_cli("pose", broken, "-o", self.output)
         self.assertEqual(code, 1)
-        self.assertTrue(err.startswith("arap: "))
-        self.assertEqual(err.count("\n"), 1)
+        self.assertRegex(err, r"^arap: \S+broken.blend cannot be opened \(.+\): give a \.blend of this Blender\n$")
+        self.assertEqual(list(self.folder.iterdir()), [broken])
+
+    def test_all_that_is_wrong_is_told_before_any_frame(self):
+        """With every mesh: not the first broken handle after the others were solved."""
+        posable("Other")
+        self.save_scene()
+        tube, other = bpy.data.objects["Tube"], bpy.data.objects["Other"]
+        self.api.add_handle(tube, MIDDLE, name="Belt").target = None
+        self.api.add_pin(tube, MIDDLE, name="Pin")
+        tube.vertex_groups.remove(tube.vertex_groups["Pin"])
+        other.vertex_groups.remove(other.vertex_groups["Head"])
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        reasons = (
+            "Handle 'Head' of 'Other': there is no vertex group 'Head'; choose one or remove the handle. "
+            "Pin 'Pin' of 'Tube': there is no vertex group of that name; choose one or remove the pin. "
+            "Handle 'Belt' of 'Tube': it has no object; choose one or remove the handle"
+        )
+        for arguments in (("pose",), ("bake",), ("bake", "--frame", 1)):
+            self.assert_failed(reasons, *arguments, self.input, "-o", self.output)
+            self.assertEqual(module("core.sessions").acts, {})
+        self.assertEqual(list(self.folder.glob(".*")), [])
+        self.assertFalse(self.output.exists())
+
+    def test_what_breaks_in_a_later_frame_is_told_before_any_is_solved(self):
+        posable("Other")
+        self.save_scene()
+        target = bpy.data.objects["Other"].arap.handles[0].target
+        for target.hide_viewport, frame in ((False, 1), (True, 11)):
+            target.keyframe_insert("hide_viewport", frame=frame)
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        code, out, err = self.run_cli("bake", self.input, "-o", self.output)
+        self.assertEqual((code, out), (1, ""))
+        self.assertRegex(err, r"^arap: Handle 'Head' of 'Other': 'Head.*' is disabled in viewports .*\n$")
+
+    def test_all_objects_are_baked_in_one_walk_over_the_frames(self):
+        """Each change of frame evaluates the whole scene."""
+        frames, walks = [], []
+
+        def count(scene, *_):
+            frames.append(scene.frame_current)
+
+        bpy.app.handlers.persistent(count)
+        bpy.app.handlers.frame_change_post.append(count)
+        self.addCleanup(bpy.app.handlers.frame_change_post.remove, count)
+        for others in ((), ("Other", "Third")):
+            self.setUp()
+            for name in others:
+                animate(posable(name))
+            self.save_scene()
+            frames.clear()
+            out, _ = self.done("bake", self.input)
+            self.assertEqual(out.count("11 keys"), 1 + len(others))
+            walks.append(frames.copy())
+        self.assertEqual(walks[0], walks[1])
+
+    def test_a_folder_that_cannot_be_written_is_told_before_any_work(self):
+        self.save_scene()
+        self.load(self.input)
+        with unittest.mock.patch.object(Path, "open", side_effect=PermissionError(13, "Permission denied")):
+            message = f"{self.output} cannot be written (Permission denied): choose another folder or another name"
+            self.assert_failed(message, "bake", self.input, "-o", self.output)
+
+    def test_a_full_disk_is_told_and_leaves_nothing(self):
+        self.save_scene()
+        disk = types.SimpleNamespace(free=1000)
+        reason = r"takes 18 kB, 17 kB more than \S+ has free: free disk space there, or choose another folder"
+        with unittest.mock.patch.object(shutil, "disk_usage", return_value=disk):
+            for option, name in (("-o", "output.blend"), ("--cache", "tube.mdd")):
+                bpy.ops.wm.open_mainfile(filepath=str(self.input))
+                bpy.ops.wm.save_as_mainfile(filepath=str(self.input), compress=False)
+                files = set(self.folder.iterdir())
+                outputs = ("-o", self.output, option, self.folder / name)
+                code, out, err = self.run_cli("bake", self.input, *outputs)
+                self.assertEqual((code, out), (1, ""))
+                self.assertRegex(err, rf"^arap: \S+{name} {reason}\n$")
+                self.assertEqual(set(self.folder.iterdir()), files)
+        before = self.input.read_bytes()
+        with self.failing_save():
+            code, _, err = self.run_cli("bake", self.input, "-o", self.input, "--overwrite")
+        self.assertEqual(code, 1)
+        reason = r"\(No space left on device\): free disk space, or choose another folder"
+        self.assertRegex(err, rf"^arap: \S+input.blend could not be written {reason}\n$")
+        self.assertEqual(self.input.read_bytes(), before)
+        self.assertEqual(set(self.folder.iterdir()), files)
+
+    def failing_save(self):
+        error = RuntimeError("Error: No space left on device\n")
+        return unittest.mock.patch.object(module("cli"), "_write_blend", side_effect=error)
+
+    def test_two_processes_that_write_one_file(self):
+        """Whatever the other one does meanwhile, the file is whole, and of the one that ends last."""
+        self.save_scene()
+        write = module("cli")._write_blend
+
+        def write_after_another(path):
+            done = self.blender(["pose", str(self.input), "--frame", "11", "-o", str(self.output)])
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertTrue(self.output.is_file())
+            write(path)
+
+        with unittest.mock.patch.object(module("cli"), "_write_blend", write_after_another):
+            _, obj = self.done("bake", self.input)
+        self.assertIn("ARAP_0011", key_names(obj))
+        self.assertNotIn("ARAP", key_names(obj))
+        self.assertEqual(sorted(self.folder.iterdir()), [self.input, self.output])
+
+    def test_a_library_of_the_file_is_not_written_over(self):
+        library = self.folder / "library.blend"
+        bpy.data.libraries.write(str(library), {bpy.data.objects.new("Linked", None)})
+        with bpy.data.libraries.load(str(library), link=True) as (_, data):
+            data.objects = ["Linked"]
+        self.scene.collection.objects.link(bpy.data.objects["Linked", str(library)])
+        self.save_scene()
+        before = library.read_bytes()
+        message = f"{library} is a library of the file: give another file with -o"
+        code, _, err = self.run_cli("bake", self.input, "-o", library, "--overwrite")
+        self.assertEqual((code, err), (1, f"arap: {message}\n"))
+        self.assertEqual(library.read_bytes(), before)
 
     def test_a_scene_without_handles_fails(self):
         mesh_object()
@@ -201,7 +321,7 @@ class CliTest(SceneTest):
 
     def test_internal_errors_give_one_line_too(self):
         self.save_scene()
-        with unittest.mock.patch.object(module("cli"), "solve", side_effect=KeyError("x")):
+        with unittest.mock.patch.object(module("cli"), "begin_solve", side_effect=KeyError("x")):
             message = "internal error, please report it: KeyError: 'x'"
             self.assert_failed(message, "pose", self.input, "-o", self.output)
 
