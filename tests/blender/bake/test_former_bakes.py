@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake over a former one, and the walk over the frames."""
 
-from looks import key_names
+import numpy as np
+from looks import key_names, key_positions
 from support import SceneTest, module
 from tubes import animated, mesh_object, own_key
 
@@ -68,6 +69,23 @@ class FormerBakeTest(SceneTest):
         job.step(1e-6)
         self.assertEqual((self.scene.frame_current, self.values(obj, names)), (2, before))
         job.cancel()
+
+    def test_their_keys_are_written_again_and_none_gets_another_name(self):
+        """For a new name Blender searches all animation of the file."""
+        obj = animated()
+        names = self.api.bake_animation(obj, 1, 4)
+        keys = obj.data.shape_keys.key_blocks
+        addresses = {name: keys[name].as_pointer() for name in names}
+        changed = keys["ARAP_0002"]
+        changed.mute, changed.slider_max, changed.vertex_group = True, 5.0, "Head"
+        shapes = [key_positions(obj, name) for name in names]
+        obj.arap.handles[0].target.animation_data.action = None
+        obj.arap.handles[0].target.location.x += 1.0
+        self.assertEqual(self.api.bake_animation(obj, 2, 5), ["ARAP_0002", "ARAP_0003", "ARAP_0004", "ARAP_0005"])
+        self.assertEqual({n: keys[n].as_pointer() for n in names[1:]}, {n: addresses[n] for n in names[1:]})
+        self.assertNotIn("ARAP_0001", keys)
+        self.assertEqual((changed.mute, changed.slider_max, changed.vertex_group), (False, 1.0, ""))
+        self.assertGreater(np.abs(key_positions(obj, "ARAP_0002") - shapes[1]).max(), 0.5)
 
     def test_frames_are_read_before_any_is_solved(self):
         """A handle that breaks in the last frame is told before the work; and the scene is where it was meanwhile."""
