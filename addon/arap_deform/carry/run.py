@@ -20,6 +20,7 @@ from ..core.arrays import Float32s, Floats
 from ..follow.scene import is_rendering
 from ..props import hooks
 from ..scene import meshes, pose_key, redraw, shape_keys, versions
+from ..scene.registration import for_each
 from . import late, problems, twins, wraps
 from .keep_up import guarded, keep_up, write
 
@@ -108,13 +109,7 @@ def _on_follower_changed(body: bpy.types.Object, follower: ArapFollower) -> None
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if depsgraph.id_type_updated("SCENE"):
         _forget_missing()
-    for update in depsgraph.updates:
-        if not isinstance(update.id, bpy.types.Object):
-            continue
-        if update.is_updated_geometry:
-            _look_at(update.id.original, is_moved=update.is_updated_transform)
-        if update.is_updated_transform and update.id.arap.followers:
-            _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
+    for_each((update for update in depsgraph.updates if isinstance(update.id, bpy.types.Object)), _note_update)
     if depsgraph.id_type_updated("ACTION"):
         _look_at_keyframes(depsgraph)
     if not late.waiting():
@@ -123,6 +118,13 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _wake()
     elif not is_rendering():
         _catch_up_now()
+
+
+def _note_update(update: bpy.types.DepsgraphUpdate) -> None:
+    if update.is_updated_geometry:
+        _look_at(update.id.original, is_moved=update.is_updated_transform)
+    if update.is_updated_transform and update.id.arap.followers:
+        _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
 
 
 def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
@@ -244,13 +246,16 @@ def _catch_up_now() -> None:
 
 def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
     """Calls ``act`` for each late follower that can work."""
+
+    def catch_up(name: str) -> None:
+        found = problems.pair_of(name)
+        if found is None:
+            forget(name)
+        elif not problems.problem_of(*found):
+            guarded(*found, partial(act, *found))
+
     with wraps.reading_once():
-        for name in late.waiting():
-            found = problems.pair_of(name)
-            if found is None:
-                forget(name)
-            elif not problems.problem_of(*found):
-                guarded(*found, partial(act, *found))
+        for_each(late.waiting(), catch_up)
 
 
 @persistent
@@ -259,10 +264,13 @@ def _on_undo(*_: object) -> None:
     late.faults.clear()
     _forget_missing()
     wraps.suspect_all()
-    for name in wraps.names():
+
+    def note(name: str) -> None:
         found = problems.pair_of(name)
         if found is not None:
             late.add(name, [pose_key.name_of(found[0])])
+
+    for_each(wraps.names(), note)
     if bpy.app.background:
         _catch_up_now()
     else:

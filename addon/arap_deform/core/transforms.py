@@ -125,6 +125,15 @@ def stretch_of(matrix: Floats) -> Floats:
     return np.asarray((vt.T * sigma) @ vt)
 
 
+def has_no_inverse(matrix: Floats) -> bool:
+    """Whether a (4, 4) matrix is not finite, or flattens what it maps."""
+    try:
+        stretch_of(matrix)
+    except ValueError:
+        return True
+    return False
+
+
 def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats | None = None) -> Floats:
     """(4, 4) object-space motion, rigid as seen, that takes (k, 3) ``rest`` nearest to (k, 3) ``shown``.
 

@@ -14,10 +14,11 @@ from mathutils import Matrix
 
 from ..core.arrays import Floats
 from ..core.carry.probe import probed
-from ..core.transforms import applied_map
+from ..core.transforms import applied_map, has_no_inverse
 from ..props import hooks
 from ..scene import meshes
 from ..scene.cages import saved as cages
+from ..scene.registration import for_each
 from .scene import is_rendering
 
 
@@ -43,14 +44,21 @@ def look(obj: bpy.types.Object) -> None:
 
 def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:
     """``to_now``: (4, 4) from the former coordinates of the mesh to the present ones."""
-    settings, back = obj.arap, np.linalg.inv(to_now)
+    settings = obj.arap
+    is_flat = has_no_inverse(to_now)
     for entry in (*settings.pins, *settings.handles):
         vertices, offsets, n = entry.shape
         if n:
             entry.set_shape(vertices, offsets @ to_now[:3, :3].T, n)
     for handle in settings.handles:
+        if is_flat:  # where it rests on a flat mesh cannot be told, and its list says so
+            handle.rest_matrix = (0.0,) * 16
+            continue
         handle.rest = Matrix(to_now @ np.array(handle.rest, dtype=np.float64))
         cages.move_rest(handle, to_now)
+    if is_flat:
+        return
+    back = np.linalg.inv(to_now)
     for motion in (motion for pose in settings.poses for motion in pose.motions):
         former = np.array(motion.motion, dtype=np.float64).reshape(4, 4)
         motion.motion = (to_now @ former @ back).ravel()
@@ -62,15 +70,13 @@ def _on_handle_changed(obj: bpy.types.Object, _handle: object) -> None:
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    for update in depsgraph.updates:
-        if isinstance(update.id, bpy.types.Object) and (update.is_updated_geometry or update.is_updated_transform):
-            look(update.id.original)
+    objects = (update for update in depsgraph.updates if isinstance(update.id, bpy.types.Object))
+    for_each([u.id.original for u in objects if u.is_updated_geometry or u.is_updated_transform], look)
 
 
 @persistent
 def _on_other_data(*_: object) -> None:
-    for obj in bpy.data.objects:
-        look(obj)
+    for_each(bpy.data.objects, look)
 
 
 CALLBACKS = (

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
+from functools import partial
 
 import bpy
 from bpy.app.handlers import persistent
@@ -18,6 +19,7 @@ from ..follow.scene import is_playing, is_rendering
 from ..props import hooks, preferences
 from ..scene import meshes, redraw, undo_step
 from ..scene.console import say
+from ..scene.registration import for_each
 from ..ui import waiting
 from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind
@@ -107,20 +109,21 @@ def _find(objects: Iterable[bpy.types.Object]) -> None:
             _runs.pop(name).end()
             if obj is None:
                 sessions.drop(name)
-    for obj in objects:
-        if obj.arap.is_live:
-            _begin(obj)
+    for_each((obj for obj in objects if obj.arap.is_live), _begin)
 
 
 def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When) -> None:
     runs = [run for name, run in _runs.items() if scene.objects.get(name) is not None]
     n_moving = sum(not (run.is_settled or run.pause) for run in runs)
-    for run in runs:
+
+    def follow(run: Run) -> None:
         with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):
             if bpy.app.background:  # there are no timers
                 run.settle(SCRIPT_TIME_LIMIT_S)
             else:
                 run.scene_changed(when, FOLLOW_TIME_LIMIT_S / max(1, n_moving))
+
+    for_each(runs, follow)
     _wake()
 
 
@@ -156,8 +159,7 @@ def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
             obj.arap.is_live = False
             obj.arap.live_problem = "An undo in another scene would have switched it on: Follow is off"
     _find(bpy.data.objects)
-    for run in _runs.values():
-        run.undone()
+    for_each(_runs.values(), Run.undone)
     _wake()
 
 
@@ -165,15 +167,11 @@ def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
 def _on_load(*_: object) -> None:
     global _render_frame, _has_rendered_without
     _render_frame, _has_rendered_without = None, False
-    for run in _runs.values():
-        run.end()
+    for_each(_runs.values(), Run.end)
     _runs.clear()
     sessions.clear()  # after the runs: one that ends while it binds gives its former session back
-    for obj in bpy.data.objects:
-        if obj.arap.is_live:
-            _begin(obj, is_waiting=True)
-    for run in list(_runs.values()):
-        run.look()
+    for_each((obj for obj in bpy.data.objects if obj.arap.is_live), partial(_begin, is_waiting=True))
+    for_each(list(_runs.values()), Run.look)
 
 
 @persistent
@@ -208,8 +206,8 @@ def _on_timer() -> float | None:
     shown = _shown()
     playing = is_playing()
     runs = [run for run in _runs.values() if run.wants_timer]
-    for run in runs:
-        run.tick(is_playing=playing, time_limit_s=preferences.refine_time_s() / len(runs))
+    step_s = preferences.refine_time_s() / max(1, len(runs))
+    for_each(runs, lambda run: run.tick(is_playing=playing, time_limit_s=step_s))
     if _shown() != shown:
         redraw.tag_panels()
     left = [run for run in _runs.values() if run.wants_timer]

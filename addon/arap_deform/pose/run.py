@@ -116,19 +116,25 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> None:
     if is_rendering():
         return
-    for run in runs.copy():
+
+    def tell(run: PoseRun) -> None:
         if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
             with run.scene.evaluated(depsgraph, is_frame=is_frame):
                 run.act.scene_changed()
 
+    registration.for_each(runs.copy(), tell)
+
 
 def _on_undo(*_: object) -> None:
-    for run in runs.copy():
-        if run.scene.obj is None:
-            run.act.leave("Undo went back to before this pose: posing has ended")
-        else:
-            run.scene.key.forget_address()
-            run.act.undone()
+    registration.for_each(runs.copy(), _undone)
+
+
+def _undone(run: PoseRun) -> None:
+    if run.scene.obj is None:
+        run.act.leave("Undo went back to before this pose: posing has ended")
+    else:
+        run.scene.key.forget_address()
+        run.act.undone()
 
 
 _CALLBACKS = (

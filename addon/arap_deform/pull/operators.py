@@ -12,6 +12,7 @@ from ..core.native import ERRORS, sentence_of
 from ..follow.act import End, Ending, Phase
 from ..props import preferences
 from ..scene import redraw, shape_keys
+from ..scene.registration import for_each
 from ..setup.handles import following_first_handle
 from ..setup.rows import take_in_hand
 from ..ui.checks import (
@@ -310,8 +311,7 @@ class ARAP_OT_pull_tool(ArapOperator, bpy.types.Operator):
 
 @persistent
 def _on_undo(*_: object) -> None:
-    for run in runs:
-        run.undone()
+    for_each(runs, PullRun.undone)
 
 
 CALLBACKS = ((bpy.app.handlers.undo_post, _on_undo), (bpy.app.handlers.redo_post, _on_undo))

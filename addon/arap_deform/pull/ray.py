@@ -11,7 +11,7 @@ from mathutils import Vector
 
 from ..carry.problems import below
 from ..core.arrays import Floats
-from ..core.transforms import transformed
+from ..core.transforms import has_no_inverse, transformed
 from ..scene import meshes
 
 
@@ -50,7 +50,7 @@ def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, 
 def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
     evaluated = obj.evaluated_get(depsgraph)
     world = meshes.read_matrix(obj, depsgraph)
-    if not abs(np.linalg.det(world[:3, :3])) > 0.0:
+    if has_no_inverse(world):
         return None  # scaled to nothing, as what an artist hides in an animation
     inverse: Floats = np.asarray(np.linalg.inv(world))
     start, along = transformed(inverse, origin), inverse[:3, :3] @ direction
@@ -60,6 +60,8 @@ def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats,
 
 def _nearest(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, place: Floats) -> Hit | None:
     world = meshes.read_matrix(obj, depsgraph)
+    if has_no_inverse(world):
+        return None
     start = transformed(np.asarray(np.linalg.inv(world)), place)
     is_found, nearest, normal, face = obj.evaluated_get(depsgraph).closest_point_on_mesh(Vector(start))
     return _seen(world, nearest, normal, face) if is_found and face >= 0 else None

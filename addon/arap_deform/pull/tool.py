@@ -12,6 +12,7 @@ from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..props import preferences
+from ..scene.registration import for_each
 from ..ui.checks import find_posed_object
 from . import draw, pins
 
@@ -112,11 +113,14 @@ def watch() -> None:
 def _look() -> float | None:
     objects = pins.objects_with_pins()
     has_tool = is_on()
-    for obj in objects:
+
+    def look(obj: bpy.types.Object) -> None:
         if not has_tool or obj.mode != "OBJECT":
             obj.arap.pull_pins.clear()
         else:
             pins.forget_stale(obj)
+
+    for_each(objects, look)
     return LOOK_S if has_tool and objects else None
 
 

@@ -59,6 +59,9 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     Returns:
         Names of the handles that something else (animation, a constraint, a driver, a sheared parent) keeps
         elsewhere.
+
+    Raises:
+        ValueError: a motion is damaged, or the mesh or the armature of a bone is scaled to nothing.
     """
     for index, motion in motions.items():
         if not np.isfinite(motion).all():
@@ -90,7 +93,7 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
 def _move(handle: ArapHandle, matrix: Floats, depsgraph: bpy.types.Depsgraph) -> None:
     """To a (4, 4) world matrix."""
     if handle.bone:
-        armature = meshes.read_matrix(handle.target, depsgraph)
+        armature = handle_motion.object_matrix(handle.target, depsgraph)  # refuses a flat one
         handle.target.pose.bones[handle.bone].matrix = Matrix(np.linalg.inv(armature) @ matrix)
     else:
         handle.target.matrix_world = Matrix(matrix)

@@ -9,12 +9,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import traceback
+from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import bpy
 
+Item = TypeVar("Item")
 Callbacks = Sequence[tuple[list[Any], Callable[..., None]]]
 
 KINDS = (
@@ -61,6 +63,15 @@ def remove(callbacks: Callbacks) -> None:
     for functions, function in callbacks:
         if function in functions:
             functions.remove(function)
+
+
+def for_each(items: Iterable[Item], act: Callable[[Item], object]) -> None:
+    """For handlers and timers: a fault with one object is printed, and keeps no other from its turn."""
+    for item in items:
+        try:
+            act(item)
+        except Exception:  # noqa: BLE001 - whatever it is, the others are not at fault
+            traceback.print_exc()
 
 
 def classes(module: ModuleType) -> list[type]:

@@ -10,6 +10,7 @@ from bpy.app.handlers import persistent
 
 from ..props import hooks
 from ..scene import meshes, redraw, versions
+from ..scene.registration import for_each
 from ..ui.checks import select_alone
 from .handles import HANDLES
 from .pins import PINS, GroupList, count_rows
@@ -77,9 +78,7 @@ def _is_miscounted(obj: bpy.types.Object) -> bool:
 
 
 def _count_all() -> None:
-    for obj in bpy.data.objects:
-        if _is_miscounted(obj):
-            count_rows(obj)
+    for_each((obj for obj in bpy.data.objects if _is_miscounted(obj)), count_rows)
     redraw.tag_panels()
 
 

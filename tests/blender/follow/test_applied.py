@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """After Object > Apply to a mesh its handles hold it where it was."""
 
+import contextlib
+import io
+from unittest import mock
+
 import numpy as np
 from looks import in_world, rest_positions, shown_positions
-from support import SceneTest, bpy, opened_again
+from support import SceneTest, bpy, module, opened_again
 from tubes import MIDDLE, PLACED, Matrix, armature, bend, move, posable, solved
 
 SCALE = {"location": False, "rotation": False, "scale": True}
@@ -130,6 +134,43 @@ class AppliedTest(SceneTest):
             obj = bpy.data.objects["Tube"]
             self.api.solve(obj)
             self.assert_close(world_of(obj), before, 2e-5)
+
+    def test_scaled_flat(self):
+        """Where its handles rest cannot be told any more: their list says so, and other meshes go on."""
+        obj, other = solved(), posable("Other")
+        other.arap.is_live = True
+        self.api.store_pose(obj, "Bent")
+        obj.scale.z = 0.0
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            apply(obj)
+            move(other.arap.handles[0].target, (0.0, 0.5, 0.0))
+        self.assertEqual(said.getvalue(), "")
+        self.assertGreater(np.abs(shown_positions(other) - rest_positions(other)).max(), 0.4)
+        self.assertRegex(
+            module("setup.handles").handle_problem(obj, 0), "^Handle 'Head' of 'Tube': .* choose it again$"
+        )
+
+    def test_a_fault_with_one_mesh_keeps_no_other_from_its_turn(self):
+        broken, obj = posable("Broken", PLACED), solved("Tube", PLACED)
+        before, look = world_of(obj), module("follow.applied").look
+
+        def fails(each):
+            if each.name == "Broken":
+                raise KeyError(each.name)
+            look(each)
+
+        for select in (broken, obj):
+            select.select_set(True)
+        with (
+            mock.patch.object(module("follow.applied"), "look", fails),
+            contextlib.redirect_stderr(io.StringIO()) as said,
+        ):
+            with bpy.context.temp_override(active_object=obj, selected_editable_objects=[broken, obj]):
+                bpy.ops.object.transform_apply()
+            bpy.context.view_layer.update()
+        self.assertIn("KeyError: 'Broken'", said.getvalue())
+        self.api.solve(obj)
+        self.assert_close(world_of(obj), before, 2e-5)
 
     def test_what_is_moved_or_edited_alone_keeps_its_handles_rest(self):
         obj = posable(matrix=PLACED)

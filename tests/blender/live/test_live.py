@@ -496,6 +496,14 @@ class LiveToggleTest(SceneTest):
         self.assert_followed(copy)
         self.assert_close(shown_positions(obj), posed, SAME)
 
+    def test_a_fault_with_one_mesh_keeps_no_other_from_following(self):
+        broken, obj = live_tube("Broken"), live_tube()
+        self.live.run_of(broken).settle = None
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            bend(obj)
+        self.assertIn("TypeError", said.getvalue())
+        self.assert_followed(obj)
+
     def test_a_copy_made_together_with_its_handles_follows_those(self):
         obj = live_tube()
         bend(obj)

@@ -7,6 +7,7 @@ from arap_deform.core.transforms import (
     BLOCK,
     applied_map,
     fitted_rotations,
+    has_no_inverse,
     map_points,
     nearest_rotations,
     rotation,
@@ -84,6 +85,14 @@ def test_what_the_object_has_lost_its_coordinates_have(is_flat):
     np.testing.assert_allclose(found, PLACE)
     assert applied_map(PLACE, points, 1.001 * np.eye(4), now) is None, "moved besides"
     assert applied_map(PLACE, points, np.eye(4), 1.001 * now) is None, "edited besides"
+
+
+@pytest.mark.parametrize(
+    ("diagonal", "is_lost"),
+    [((1.0, 1.0, 0.0), True), ((0.0, 0.0, 0.0), True), ((1.0, np.nan, 1.0), True), ((1e-3, 2e-3, 1e-3), False)],
+)
+def test_what_is_flattened_does_not_come_back(diagonal, is_lost):
+    assert has_no_inverse(PLACE @ np.diag([*diagonal, 1.0])) is is_lost
 
 
 def test_what_moves_alone_is_not_applied():
