@@ -22,14 +22,22 @@ def check_writable(obj: bpy.types.Object) -> None:
     """Raises ValueError if shape keys of this mesh or curve must not be written, and says what to do."""
     data = obj.data
     meshes.check_local(obj)
-    # Users are not only objects (a fake user, a pointer of another add-on), so look if there are several.
-    if data.users > 1 and sum(other.data == data for other in bpy.data.objects) > 1:
-        raise ValueError(
-            f"The {obj.type.lower()} of '{obj.name}' is shared with other objects, which would deform too: make it "
-            "single-user (Object > Relations > Make Single User > Object & Data)"
-        )
+    if reason := why_shared(obj):
+        raise ValueError(reason)
     if data.shape_keys is not None and not data.shape_keys.use_relative:
         raise ValueError(f"The shape keys of '{obj.name}' are absolute: turn on Relative in the shape keys panel")
+
+
+def why_shared(obj: bpy.types.Object) -> str:
+    """Why a pose would deform other objects too, one sentence; '' if it would not."""
+    data = obj.data
+    # Users are not only objects (a fake user, a pointer of another add-on), so look if there are several.
+    if data.users < 2 or sum(other.data == data for other in bpy.data.objects) < 2:
+        return ""
+    return (
+        f"The {obj.type.lower()} of '{obj.name}' is shared with other objects, which would deform too: make it "
+        "single-user (Object > Relations > Make Single User > Object & Data)"
+    )
 
 
 def check_animatable(obj: bpy.types.Object) -> None:

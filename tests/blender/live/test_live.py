@@ -496,6 +496,22 @@ class LiveToggleTest(SceneTest):
         self.assert_followed(copy)
         self.assert_close(shown_positions(obj), posed, SAME)
 
+    def test_a_linked_duplicate_pauses_both_until_each_has_its_own_mesh(self):
+        obj = live_tube()
+        bend(obj)
+        posed = key_positions(obj)
+        twin = obj.copy()
+        bpy.context.scene.collection.objects.link(twin)
+        bpy.context.view_layer.update()
+        move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem, twin.arap.is_live), (True, "", True))
+        for each in (obj, twin):
+            self.assertRegex(self.live.run_of(each).pause, "^Paused: The mesh of '.*' is shared with other objects")
+        self.assert_close(key_positions(obj), posed, 0.0)
+        bpy.data.objects.remove(twin)
+        bpy.context.view_layer.update()
+        self.assert_followed(obj)
+
     def test_a_fault_with_one_mesh_keeps_no_other_from_following(self):
         broken, obj = live_tube("Broken"), live_tube()
         self.live.run_of(broken).settle = None
