@@ -146,6 +146,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _work(options: argparse.Namespace, output: Path) -> None:
     scene = bpy.context.scene
+    _leave_modes(bpy.context.view_layer)
     if any(Path(bpy.path.abspath(library.filepath)).resolve() == output for library in bpy.data.libraries):
         raise ValueError(f"{output} is a library of the file: give another file with -o")
     objects = _objects(scene, options.objects)
@@ -262,6 +263,16 @@ def _checked_output(options: argparse.Namespace) -> Path:
     if not options.overwrite and output.exists():
         raise ValueError(f"{output} exists already: give another file with -o, or --overwrite to write over it")
     return Path(output.resolve())
+
+
+def _leave_modes(view_layer: bpy.types.ViewLayer) -> None:
+    """Goes to Object Mode, as an artist would: files are saved in any mode. Pose Mode changes nothing."""
+    active = view_layer.objects.active
+    for obj in view_layer.objects:
+        if obj.mode not in {"OBJECT", "POSE"}:
+            view_layer.objects.active = obj
+            bpy.ops.object.mode_set(mode="OBJECT")
+    view_layer.objects.active = active
 
 
 def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.types.Object]:

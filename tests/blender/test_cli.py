@@ -14,7 +14,7 @@ import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import MIDDLE, TOP, animate, mesh_object, posable
+from tubes import BOTTOM, MIDDLE, TOP, animate, armature, mesh_object, posable
 
 
 class CliTest(SceneTest):
@@ -323,6 +323,48 @@ class CliTest(SceneTest):
         with unittest.mock.patch.object(module("cli"), "begin_solve", side_effect=KeyError("x")):
             message = "internal error, please report it: KeyError: 'x'"
             self.assert_failed(message, "pose", self.input, "-o", self.output)
+
+    def test_a_file_saved_in_any_mode(self):
+        modes = ("EDIT", "SCULPT", "WEIGHT_PAINT", "VERTEX_PAINT", "TEXTURE_PAINT")
+        for mode in modes:
+            with self.subTest(mode):
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                self.save_in_mode(posable(), mode)
+                self.output.unlink(missing_ok=True)
+                out, obj = self.done("bake", self.input, "--start", 1, "--end", 2)
+                self.assertTrue(out.startswith("Tube: 2 keys"))
+                self.assertEqual(obj.mode, "OBJECT")
+
+    def save_in_mode(self, obj, mode: str) -> None:
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode=mode)
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+
+    def test_a_rig_saved_in_edit_mode_moves(self):
+        rig, obj = armature(), mesh_object()
+        self.api.add_pin(obj, BOTTOM)
+        self.api.add_handle_for(obj, rig, "Upper", 2.1)
+        bone = rig.pose.bones["Upper"]
+        for frame in (1, 2):
+            bone.location.x = frame - 1.0
+            bone.keyframe_insert("location", frame=frame)
+        self.scene.frame_set(1)
+        self.save_in_mode(rig, "EDIT")
+        _, obj = self.done("bake", self.input, "--start", 1, "--end", 2)
+        moved = key_positions(obj, "ARAP_0002")[MIDDLE] - rest_positions(obj)[MIDDLE]
+        self.assert_close(moved.mean(axis=0), [1.0, 0.0, 0.0], 1e-3)
+
+    def test_a_hidden_mesh_saved_in_edit_mode_while_another_is_active(self):
+        posable("Other")
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        obj.hide_set(True)
+        bpy.context.view_layer.objects.active = bpy.data.objects["Other"]
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        out, _ = self.done("bake", self.input, "--start", 1, "--end", 1)
+        self.assertIn("Tube: 1 key", out)
+        self.assertIn("Other: 1 key", out)
 
     def test_in_a_blender_of_its_own(self):
         """As a user types it. bpy from PyPI has no executable, there a Python script stands for it."""
