@@ -16,6 +16,7 @@ from ..core.arrays import Floats
 from ..core.transforms import transformed
 from . import meshes
 from .cages import read as cages
+from .movers.twice import why_twice
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle, ArapPin
@@ -198,13 +199,11 @@ def target_problem(
             f"'{target.name}' is disabled in viewports or excluded from the view layer, so it does not move; "
             "enable it, or hide it with the eye"
         )
-    if not bone:
-        return ""
-    if target.type != "ARMATURE":
+    if bone and target.type != "ARMATURE":
         return f"'{target.name}' is not an armature and has no bones; clear the bone"
-    if bone not in target.pose.bones:
+    if bone and (target.pose is None or bone not in target.pose.bones):
         return f"armature '{target.name}' has no bone '{bone}'; choose another bone"
-    return ""
+    return why_twice(obj, target, bone)
 
 
 def object_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:

@@ -42,8 +42,6 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
         reason = handle_motion.target_problem(obj, armature, name, depsgraph)
         if reason:
             raise ValueError(f"'{obj.name}' cannot take the bones: {reason}")
-    if other := _other_mover(obj, armature):
-        raise ValueError(f"{other} of '{obj.name}' moves the mesh with the same armature: remove it, or switch it off")
     former = obj.arap.model
     try:
         with all_or_none(obj):
@@ -61,12 +59,3 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
         obj.arap.model = former
         raise
     return handles
-
-
-def _other_mover(obj: bpy.types.Object, armature: bpy.types.Object) -> str:
-    """What else moves the mesh with the armature, '' if nothing does."""
-    for modifier in obj.modifiers:
-        if modifier.type == "ARMATURE" and modifier.object == armature and meshes.is_switched_on(modifier):
-            return f"Modifier '{modifier.name}'"
-    is_deformed = obj.parent == armature and obj.parent_type == "ARMATURE"
-    return "The parent (Armature Deform)" if is_deformed else ""

@@ -189,7 +189,10 @@ class BonesTest(SceneTest):
         )
         modifier = obj.modifiers.new("Armature", "ARMATURE")
         modifier.object = armature
-        message = "Modifier 'Armature' of 'Tube' moves the mesh with the same armature: remove it, or switch it off"
+        message = (
+            "'Tube' cannot take the bones: modifier 'Armature' moves the mesh with bone 'Lower' already; remove it or "
+            "switch it off, in viewports and renders, or take a bone that does not deform"
+        )
         for modifier.show_viewport in (True, False):  # off in viewports alone it still moves the render
             self.assert_error(ValueError, message, add, obj, armature)
         self.assertEqual((len(obj.arap.handles), obj.arap.model), (0, "surface"))

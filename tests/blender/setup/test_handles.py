@@ -372,6 +372,54 @@ class RefusalTest(SceneTest):
         self.assert_error(ValueError, message, module("setup.handles").add_handles_for, obj, [(empty, ""), (obj, "")])
         self.assertEqual((len(obj.arap.handles), len(obj.vertex_groups)), (1, 2), "all or none")
 
+    def test_what_moves_the_mesh_already_is_no_handle(self):
+        """Else it would move the mesh twice, whichever way it becomes a handle."""
+        rig, obj = armature(), mesh_object()
+        self.api.add_handle_for(obj, rig, "Lower")
+        modifier = obj.modifiers.new("Skin", "ARMATURE")
+        modifier.object = rig
+        remedy = "already; remove it or switch it off, in viewports and renders"
+        reason = f"modifier 'Skin' moves the mesh with bone 'Lower' {remedy}, or take a bone that does not deform"
+        bpy.context.view_layer.objects.active = rig
+        bpy.ops.object.mode_set(mode="POSE")
+        bpy.ops.pose.select_all(action="SELECT")
+        obj.select_set(True)
+        for modifier.show_viewport in (True, False):  # off in viewports alone it still moves the render
+            self.assertEqual(
+                module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason}", "added before"
+            )
+            self.assert_error(ValueError, f"Handle 'Lower' of 'Tube': {reason}", self.api.solve, obj)
+            message = f"'Tube' cannot take the handle: {reason}"
+            self.assert_error(ValueError, message, self.api.add_handle_for, obj, rig, "Lower")
+            self.assertRaises(RuntimeError, bpy.ops.arap.handle_add_from_empties)
+            self.assertEqual(len(obj.arap.handles), 1)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        modifier.show_render = False
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        modifier.show_render = True
+        rig.data.bones["Upper"].use_deform = False
+        obj.arap.handles[0].bone = "Upper"  # chosen in the list
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        obj.arap.handles[0].bone = ""
+        reason = f"modifier 'Skin' moves the mesh with 'Rig' {remedy}, or take a bone that does not deform"
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason}")
+        modifier.object, obj.parent, obj.parent_type = None, rig, "ARMATURE"
+        obj.arap.handles[0].bone = "Lower"
+        reason = "the parent (Armature Deform) moves the mesh with bone 'Lower' already; clear the parent, and keep the"
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason} place")
+
+    def test_what_the_mesh_is_hooked_to_is_no_handle(self):
+        obj, empty = mesh_object(), empty_at((0.0, 0.0, 4.0), "Control")
+        modifier = obj.modifiers.new("Hook", "HOOK")
+        modifier.object = empty
+        message = (
+            "'Tube' cannot take the handle: modifier 'Hook' moves the mesh with 'Control' already; remove it or "
+            "switch it off, in viewports and renders"
+        )
+        self.assert_error(ValueError, message, self.api.add_handle_for, obj, empty)
+        modifier.show_viewport = modifier.show_render = False
+        self.api.add_handle_for(obj, empty)
+
     def test_what_went_missing_is_named(self):
         obj = posable()
         self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why an object or bone would move the mesh twice: as a handle, and as what it is skinned or hooked to."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import meshes
+
+
+def why_twice(obj: bpy.types.Object, target: bpy.types.Object, bone: str) -> str:
+    """What moves the mesh with the handle's object or bone already, and what to do; '' if nothing does."""
+    what = f"bone '{bone}'" if bone else f"'{target.name}'"
+    for modifier in obj.modifiers:
+        if meshes.is_switched_on(modifier) and _is_moved(obj, modifier, target, bone):
+            other = "" if modifier.type == "HOOK" else ", or take a bone that does not deform"
+            return (
+                f"modifier '{modifier.name}' moves the mesh with {what} already; remove it or switch it off, in "
+                f"viewports and renders{other}"
+            )
+    if obj.parent == target and obj.parent_type == "ARMATURE" and _deforms(target, bone):
+        return f"the parent (Armature Deform) moves the mesh with {what} already; clear the parent, and keep the place"
+    return ""
+
+
+def _is_moved(obj: bpy.types.Object, modifier: bpy.types.Modifier, target: bpy.types.Object, bone: str) -> bool:
+    if modifier.type == "HOOK":
+        return bool(modifier.object == target and modifier.subtarget == bone)
+    if modifier.type != "ARMATURE" or modifier.object != target:
+        return False
+    return _deforms(target, bone) if bone else not _is_above(target, obj)
+
+
+def _deforms(armature: bpy.types.Object, bone: str) -> bool:
+    """Whether the bone, or one that hangs on it, is there to deform; without a name, any."""
+    bones = armature.data.bones
+    todo = [found for found in [bones.get(bone)] if found is not None] if bone else list(bones)
+    for each in todo:  # which grows
+        if each.use_deform:
+            return True
+        todo += each.children
+    return False
+
+
+def _is_above(target: bpy.types.Object, obj: bpy.types.Object) -> bool:
+    """Whether the object is moved along as a whole: in its own space nothing moves."""
+    parent = obj.parent
+    while parent is not None and parent != target:
+        parent = parent.parent
+    return parent is not None
