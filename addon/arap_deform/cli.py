@@ -32,6 +32,7 @@ from .pose.solve import begin_solve
 from .poses.keys import PoseKeysJob
 from .scene import pose_key, shape_keys
 from .scene.console import say
+from .scene.movers.still import why_missing
 
 COMMAND = "arap"
 
@@ -281,11 +282,15 @@ def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.ty
             obj for obj in scene.objects if obj.type == "MESH" and any(handle.is_enabled for handle in obj.arap.handles)
         ]
         if not found:
-            raise ValueError(f"No mesh in scene '{scene.name}' has handles: add some in Blender first")
+            lost = [library.filepath for library in bpy.data.libraries if library.is_missing]
+            remedy = f"bring back {naming.listed(lost)}, which is missing" if lost else "add some in Blender first"
+            raise ValueError(f"No mesh in scene '{scene.name}' has handles: {remedy}")
         return found
     for name in names:
         if name not in scene.objects:
             raise ValueError(f"There is no object '{name}' in scene '{scene.name}': check its name")
+        if reason := why_missing(scene.objects[name]):
+            raise ValueError(reason)
     return [scene.objects[name] for name in names]
 
 

@@ -9,6 +9,7 @@ from bpy.app.handlers import persistent
 from .core import sessions
 from .pull import draw, region, seen_mesh
 from .scene import remembered
+from .scene.seen import look
 from .ui import modal
 
 
@@ -19,6 +20,7 @@ def _is_there(name: str) -> bool:
 def _forget_looks() -> None:
     """Forgets everything read from the scene."""
     remembered.clear()
+    look.clear()
     seen_mesh.clear()
     draw.clear()
 
@@ -38,6 +40,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     ):
         sessions.forget_missing(_is_there)
     remembered.forget_updated(depsgraph, sessions.acts)
+    look.forget_updated(depsgraph)
     seen_mesh.forget_updated(depsgraph)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import BOTTOM, MIDDLE, TOP, animate, armature, mesh_object, posable
+from tubes import BOTTOM, MIDDLE, TOP, animate, armature, empty_at, mesh_object, posable
 
 
 class CliTest(SceneTest):
@@ -365,6 +365,64 @@ class CliTest(SceneTest):
         out, _ = self.done("bake", self.input, "--start", 1, "--end", 1)
         self.assertIn("Tube: 1 key", out)
         self.assertIn("Other: 1 key", out)
+
+    def test_a_library_that_is_gone_is_named(self):
+        library = self.folder / "library.blend"
+        empty_at((0.0, 0.0, 4.0), "Control")
+        posable("Linked")
+        bpy.ops.wm.save_as_mainfile(filepath=str(library))
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        with bpy.data.libraries.load(str(library), link=True) as (_, data):
+            data.objects = ["Control", "Linked"]
+        for obj in data.objects:
+            bpy.context.scene.collection.objects.link(obj)
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.folder / "none.blend"))
+        obj = mesh_object()
+        self.api.add_pin(obj, BOTTOM)
+        self.api.add_handle_for(obj, bpy.data.objects["Control"], radius=0.7)
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        library.unlink()
+        remedy = "bring that file back, or link it again"
+        message = f"Handle 'Control' of 'Tube': 'Control' is missing from //library.blend; {remedy}"
+        self.assert_named(message, "bake", self.input)
+        self.assert_named(message, "pose", self.input)
+        self.assert_named(
+            f"'Linked' is missing from //library.blend; {remedy}", "bake", self.input, "--object", "Linked"
+        )
+        message = "No mesh in scene 'Scene' has handles: bring back //library.blend, which is missing"
+        self.assert_named(message, "bake", self.folder / "none.blend")
+        self.assertFalse(self.output.exists())
+
+    def assert_named(self, reason: str, *arguments) -> None:
+        """As assert_failed(), where Blender prints lines of its own when it opens the file."""
+        code, _, err = self.run_cli(*arguments, "-o", self.output)
+        self.assertEqual((code, err), (1, f"arap: {reason}\n"))
+
+    def test_scripts_that_are_not_allowed(self):
+        obj = posable()
+        driver = obj.arap.handles[0].target.driver_add("location", 1).driver
+        driver.expression = "float(str(frame * 0.1))"
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        message = (
+            "Handle 'Head' of 'Tube' does not move as it should: the driver of 'location' of 'Head' needs Python "
+            "(float(str(frame * 0.1))), which may not run; allow scripts (--enable-autoexec on the command line)"
+        )
+        arguments = ("bake", self.input, "--start", 10, "--end", 10)
+        self.assert_failed(message, *arguments, "-o", self.output)
+        self.assertFalse(self.output.exists())
+        _, obj = self.done(*arguments, "--enable-autoexec")
+        self.assert_top_has_moved(obj, key_positions(obj, "ARAP_0010"))
+
+    def test_a_pose_that_would_not_be_seen(self):
+        self.save_scene()
+        obj = bpy.data.objects["Tube"]
+        obj.shape_key_add(name="Basis")
+        obj.shape_key_add(name="Mine")
+        obj.active_shape_key_index, obj.show_only_shape_key = 1, True
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        message = "'Tube' shows another shape key alone: turn off Shape Key Lock (the pin icon)"
+        for command in ("bake", "pose"):
+            self.assert_failed(message, command, self.input, "-o", self.output)
 
     def test_in_a_blender_of_its_own(self):
         """As a user types it. bpy from PyPI has no executable, there a Python script stands for it."""

@@ -85,12 +85,46 @@ def assert_followed(ui: Ui, name: str = "Bar") -> None:
     np.testing.assert_allclose(shown[scenes.bottom()], rest[scenes.bottom()], atol=NEAR)
 
 
+def add_nodes_that_take_the_places(obj: bpy.types.Object) -> bpy.types.Modifier:
+    tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    for side in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+    place = tree.nodes.new("GeometryNodeSetPosition")
+    combined = tree.nodes.new("ShaderNodeCombineXYZ")
+    for start, end in (
+        (tree.nodes.new("NodeGroupInput").outputs[0], place.inputs["Geometry"]),
+        (place.outputs[0], tree.nodes.new("NodeGroupOutput").inputs[0]),
+        (tree.nodes.new("GeometryNodeInputIndex").outputs[0], combined.inputs[0]),
+        (combined.outputs[0], place.inputs["Position"]),
+    ):
+        tree.links.new(start, end)
+    modifier = obj.modifiers.new("Nodes", "NODES")
+    modifier.node_group = tree
+    return modifier
+
+
 def drag(ui: Ui, amount: str = "1") -> Steps:
     """G along x, confirmed."""
     yield from ui.key("G")
     yield from ui.key("X")
     yield from ui.text(amount)
     yield from ui.key("RET")
+
+
+def test_live_waits_while_modifiers_hide_the_pose(ui: Ui) -> Steps:
+    """It looks when they change, says so in the tab, and goes on when the pose is seen again."""
+    yield from begin(ui)
+    yield from ui.open_tab()
+    posed = scenes.key_positions(bar(), "ARAP")
+    modifier = add_nodes_that_take_the_places(bar())
+    reason = "Paused: A pose of 'Bar' would not be seen: modifier 'Nodes' takes the vertices from elsewhere"
+    yield from ui.until(lambda: ui.live.run_of(bar()).pause.startswith(reason), "it is seen to be hidden")
+    yield from drag(ui)
+    np.testing.assert_array_equal(scenes.key_positions(bar(), "ARAP"), posed)
+    modifier.show_viewport = False
+    yield from settle(ui)
+    assert_followed(ui)
+    assert np.abs(scenes.key_positions(bar(), "ARAP") - posed).max() > 0.5
 
 
 def test_live_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:

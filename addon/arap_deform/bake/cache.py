@@ -12,6 +12,7 @@ from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
 from ..core.naming import listed
+from ..follow import ready
 from ..scene import fcurves
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range
@@ -62,6 +63,12 @@ class MeshCacheJob(FramesJob[Path]):
     def warning(self) -> str:
         left_out = f"What goes along is not in the cache, but in Bake Animation: {listed(self._left_out)}"
         return "; ".join(filter(None, (super().warning, left_out if self._left_out else "")))
+
+    def _check_ready(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        super()._check_ready(obj, depsgraph)
+        if self._add_modifier:
+            former = {MODIFIER_NAME: False}  # it will play this file
+            ready.check_seen(obj, depsgraph, self._inputs, shown=former)
 
     def cancel(self) -> None:
         super().cancel()

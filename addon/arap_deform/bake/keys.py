@@ -12,6 +12,7 @@ from ..core.background import Progress
 from ..core.job import run_job
 from ..core.mirror import seen_size
 from ..core.naming import NAME_BYTES
+from ..follow import ready
 from ..scene import baked, fcurves, pose_key, shape_keys
 from .estimate import BakeEstimate, Fit, check_search, frames_of
 from .fewest_keys import KeySearch
@@ -57,6 +58,11 @@ class BakeJob(FramesJob[list[str]]):
         self._search: KeySearch | None = None
         super().__init__(obj, scene, frames, walk)
         self._size = seen_size(self._inputs.mesh, self._inputs.mirrors, self._inputs.stretch)
+
+    def _check_ready(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        shape_keys.check_none_alone(obj, None)
+        ready.check(obj, depsgraph, self._inputs)
+        ready.check_rendered(obj, depsgraph, self._inputs)
 
     @property
     def fit(self) -> Fit:

@@ -20,6 +20,7 @@ from ..core.sessions import AnySession
 from ..follow import mesh
 from ..scene import meshes
 from ..scene.inputs import read_input
+from ..scene.movers import still
 
 Result = TypeVar("Result")
 
@@ -58,6 +59,7 @@ class ShapesJob(ABC, Generic[Result]):
         self.readouts: list[Readout] = []
         """One for each solved shape."""
         self._inputs = read_input(obj, depsgraph_of(scene))
+        self._check_ready(obj, depsgraph_of(scene))
         session = mesh.fitting(obj, self._inputs)
         if session is not None:
             self._take_live(session)
@@ -128,6 +130,10 @@ class ShapesJob(ABC, Generic[Result]):
         if self._bind is not None:
             self._bind.drop()
         self._go_back()
+
+    def _check_ready(self, obj: bpy.types.Object, _depsgraph: bpy.types.Depsgraph) -> None:
+        """Raises ValueError if the work would be for nothing."""
+        still.check(obj)
 
     @abstractmethod
     def _shape_name(self) -> str:

@@ -17,6 +17,7 @@ from ..core.transforms import transformed
 from ..props.carry import KINDS
 from ..scene import meshes, shape_keys
 from ..scene.points import objects as points
+from ..scene.seen import look
 from . import late, problems, run, twins, wraps
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def carry_along(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     for target in targets:
         problems.check_new(body, target, depsgraph)
+        look.look(target, depsgraph)  # the list tells what it says
     places = [wraps.place_now(body, target, depsgraph) for target in targets]
     kinds = [kind] * len(targets) if kind else _looks(body, targets, places)
     for each in zip(targets, places, kinds, strict=True):

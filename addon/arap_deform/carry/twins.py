@@ -14,6 +14,7 @@ import bpy
 
 from ..core.arrays import Float32s
 from ..scene import baked, pose_key, shape_keys
+from ..scene.seen import look
 from . import twin_keyframes
 
 # Blender works out an expression as simple as this one by itself. So no Python runs, which a file may forbid.
@@ -54,7 +55,7 @@ def why_hidden(body: bpy.types.Object, target: bpy.types.Object) -> str:
         shape_keys.check_not_hidden(target, twin)
     except ValueError as error:
         return str(error)
-    return ""
+    return look.noted(target)
 
 
 def make(body: bpy.types.Object, target: bpy.types.Object, name: str, shape: Float32s) -> bpy.types.ShapeKey:

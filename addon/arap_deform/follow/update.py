@@ -11,7 +11,7 @@ from ..core.session_data import Readout
 from ..core.sessions import AnySession
 from ..scene import meshes
 from ..scene.inputs import read_input
-from . import mesh
+from . import mesh, ready
 from .frame import Frame
 
 SCRIPT = "a script"  # see sessions.hold()
@@ -44,12 +44,13 @@ def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progre
     The session starts from the pose that the key shows.
 
     Raises:
-        As read_input() and sessions.build(), Cancelled, or RuntimeError if an act has the mesh for itself. A session
-        that was there before stays.
+        As read_input(), ready.check() and sessions.build(), Cancelled, or RuntimeError if an act has the mesh for
+        itself. A session that was there before stays.
     """
     meshes.check_mesh(obj)
     sessions.check_free(obj.name)
     inputs = read_input(obj, depsgraph)
+    ready.check(obj, depsgraph, inputs)
     session = run(sessions.rebuild(inputs, sessions.get(obj.name)), progress)
     mesh.adopt(obj, inputs, session)
     return session

@@ -21,6 +21,7 @@ from ..scene import baked, handle_motion, meshes, pose_key, shape_keys, undo_ste
 from ..scene.cages import read as cages
 from ..scene.console import say
 from ..scene.inputs import read_state
+from ..scene.seen import look
 from .run import NotNow
 
 # A frame that is shown alone is solved to its end. In a window a heavy mesh goes on with it after this time. Without
@@ -127,7 +128,18 @@ class BlenderLiveScene(BlenderFollowScene):
         return has_pose
 
     def has_to_wait(self) -> bool:
-        return super().has_to_wait() or (not bpy.app.background and not self._can_have_key())
+        if bpy.app.background:  # no timer goes on
+            return super().has_to_wait()
+        is_look_due = self._is_look_due(self._obj())
+        return super().has_to_wait() or is_look_due or not self._can_have_key()
+
+    def _is_look_due(self, obj: bpy.types.Object) -> bool:
+        """Whether the timer must look first if a pose is seen under these modifiers. Raises NotNow if it is not."""
+        if self.depsgraph is None and not look.is_noted(obj):
+            look.look(obj, self._depsgraph())
+        if reason := look.noted(obj):
+            raise NotNow(f"Paused: {reason}")
+        return self.depsgraph is not None and not look.is_noted(obj)
 
     def _can_have_key(self) -> bool:
         """Whether the mesh has its key, or one can be made as a step of undo.

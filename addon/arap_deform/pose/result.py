@@ -16,6 +16,7 @@ from ..core import sessions
 from ..core.arrays import Floats
 from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
 from ..scene.cages import place as cages
+from ..scene.movers import chain
 from ..setup.handle_changes import take_over
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
@@ -170,7 +171,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:
-    """Channels of the objects that move handles, see handle_motion.movers(), and of all bones of armatures."""
+    """Channels of the objects that move handles, see chain.movers(), and of all bones of armatures."""
     return {place: _channels(item) for place, item in _movers(obj)}
 
 
@@ -203,7 +204,7 @@ def _empties_of(obj: bpy.types.Object) -> dict[int, str]:
 
 def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[str, str], Any]]:
     """The objects and bones that move a handle, with all bones of an armature."""
-    for item in handle_motion.movers(obj, obj.arap.handles):
+    for item in chain.movers(obj, obj.arap.handles):
         yield (item.name, ""), item
         for bone in item.pose.bones if item.pose else ():
             yield (item.name, bone.name), bone

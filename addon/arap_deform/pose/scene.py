@@ -7,6 +7,7 @@ import bpy
 
 from ..core import sessions
 from ..core.session_input import SessionInput
+from ..follow import ready
 from ..follow.scene import BlenderFollowScene
 from ..scene import pose_key
 from ..scene.inputs import counts_of
@@ -54,6 +55,8 @@ class BlenderPoseScene(ActScene):
     key: pose_key.KeyFollower
 
     def __init__(self, obj: bpy.types.Object) -> None:
+        """Raises ValueError if a pose would be for nothing."""
+        ready.check(obj, bpy.context.evaluated_depsgraph_get())
         super().__init__(obj)
         self.act_number = 0
         self.key = pose_key.KeyFollower(obj)

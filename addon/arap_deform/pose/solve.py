@@ -14,7 +14,7 @@ from ..core.naming import counted
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
 from ..core.sessions import AnySession, Bound
-from ..follow import mesh
+from ..follow import mesh, ready
 from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
 from ..scene import handle_motion, meshes, pose_key, shape_keys
@@ -64,6 +64,7 @@ class SolveJob(BackgroundJob[Readout]):
         """Of a checked object: see begin_solve()."""
         self.object_name: str = obj.name
         self._inputs = read_input(obj, depsgraph)
+        ready.check(obj, depsgraph, self._inputs)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.name)
         self._session: AnySession | None = None
@@ -137,3 +138,5 @@ def _check(obj: bpy.types.Object) -> None:
     existing = pose_key.find(obj)
     if existing is not None:
         shape_keys.check_shown(obj, existing)
+    else:
+        shape_keys.check_none_alone(obj, None)

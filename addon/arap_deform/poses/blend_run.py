@@ -9,6 +9,7 @@ import bpy
 
 from ..core import native, sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
+from ..follow import ready
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
@@ -47,6 +48,8 @@ class BlendRun(ModalRun):
         self._blend = blend
         self._start_x = mouse_x
         self._pixels = PIXELS_A_BLEND * context.preferences.system.ui_scale
+        if not is_followed:
+            ready.check(obj, context.evaluated_depsgraph_get())
         self._state = capture_state(obj)
         self._follower = None if is_followed else Follower(BlenderFollowScene(obj))
         if self._follower is not None:

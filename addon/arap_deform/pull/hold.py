@@ -17,6 +17,7 @@ from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.cages.read import check_no_cage
 from ..scene.inputs import read_input
+from ..scene.seen.look import look
 from . import pins, seen_mesh
 from .drag import Lever
 from .region import Grab, Joint, fine_of, hold_of_rest, joint_of, with_root
@@ -96,9 +97,11 @@ def begin_pull(
     key = pose_key.find(obj)
     if key is not None:
         shape_keys.check_shown(obj, key)
-    shown = begun.shown if begun else pose_key.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
     grabs = _without_held(obj, grabs, inputs.specs)
     grabbed = np.concatenate([grab.vertices for grab in grabs])
+    if begun is None and (reason := look(obj, depsgraph, grabbed)):
+        raise ValueError(reason)
+    shown = begun.shown if begun else pose_key.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
     others = _without(pins.grabs_of(obj), grabbed)
     added = [
         *(_spec_of(f"Pull Pin {i + 1}", pin) for i, pin in enumerate(others)),

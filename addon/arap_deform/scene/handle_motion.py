@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import bpy
@@ -16,10 +15,11 @@ from ..core.arrays import Floats
 from ..core.transforms import transformed
 from . import meshes
 from .cages import read as cages
+from .movers import still
 from .movers.twice import why_twice
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle, ArapPin
+    from ..props.handles import ArapHandle
 
 Made = dict[bpy.types.Object, set[bpy.types.Object]]  # the made empties of the handles of each object
 
@@ -60,24 +60,6 @@ def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats)
     now = target_matrix(handle.target, handle.bone, depsgraph)
     rest = np.array(handle.rest, dtype=np.float64)
     return np.asarray(np.linalg.inv(world) @ now @ np.linalg.inv(rest))
-
-
-def movers(obj: bpy.types.Object, entries: Iterable[ArapPin | ArapHandle]) -> list[bpy.types.Object]:
-    """What moves handles: their objects, parents, and what modifiers, constraints and bones' constraints of these name.
-
-    The mesh itself is left out.
-    """
-    found: dict[bpy.types.Object, None] = {}  # a set in the order of finding
-    todo = [getattr(entry, "target", None) for entry in entries]
-    while todo:
-        item = todo.pop()
-        if item is None or item == obj or item in found:
-            continue
-        found[item] = None
-        owners = (item, *(item.pose.bones if item.pose else ()))
-        todo += [item.parent, *(getattr(c, "target", None) for owner in owners for c in owner.constraints)]
-        todo += [getattr(modifier, "object", None) for modifier in item.modifiers]
-    return list(found)
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -190,6 +172,8 @@ def target_problem(
         return "it has no object; choose one or remove the handle"
     if target == obj:
         return f"'{target.name}' is the mesh itself; choose another object"
+    if reason := still.why_missing(target):
+        return reason
     if not meshes.is_evaluated(target, depsgraph):
         if depsgraph.scene.objects.get(target.name) != target:
             if made_as:

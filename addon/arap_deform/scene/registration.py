@@ -9,8 +9,10 @@
 
 from __future__ import annotations
 
+import functools
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -30,6 +32,18 @@ KINDS = (
 
 _draw_handles: dict[str, list[Any]] = {}
 """What Blender needs to stop drawing, by name of the module."""
+_is_quiet = False
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """While a scene is evaluated that will be again as it was: none of our handlers hears of it."""
+    global _is_quiet  # noqa: PLW0603 - handlers take no other message
+    before, _is_quiet = _is_quiet, True
+    try:
+        yield
+    finally:
+        _is_quiet = before
 
 
 def register(module: ModuleType) -> None:
@@ -55,14 +69,24 @@ def unregister(module: ModuleType) -> None:
 
 def add(callbacks: Callbacks) -> None:
     for functions, function in callbacks:
-        functions.append(function)
+        is_of_evaluation = functions is bpy.app.handlers.depsgraph_update_post
+        functions.append(_unless_quiet(function) if is_of_evaluation else function)
 
 
 def remove(callbacks: Callbacks) -> None:
     """Takes them out again. Loading a file may have done so: Blender keeps only persistent functions."""
     for functions, function in callbacks:
-        if function in functions:
-            functions.remove(function)
+        for added in [added for added in functions if getattr(added, "__wrapped__", added) == function]:
+            functions.remove(added)
+
+
+def _unless_quiet(function: Callable[..., None]) -> Callable[..., None]:
+    @functools.wraps(function)  # with the mark of a persistent one
+    def heard(*arguments: Any) -> None:
+        if not _is_quiet:
+            function(*arguments)
+
+    return heard
 
 
 def for_each(items: Iterable[Item], act: Callable[[Item], object]) -> None:

@@ -72,14 +72,7 @@ def check_not_hidden(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
             f"Shape key '{key.name}' of '{obj.name}' is muted, so the pose would not show: "
             "press Edit Again after a bake, else unmute it"
         )
-    cache = next((modifier for modifier in obj.modifiers if hides_keys(modifier)), None)
-    if cache is not None:
-        raise ValueError(
-            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off, in viewports "
-            "and renders"
-        )
-    if obj.show_only_shape_key and obj.active_shape_key != key:
-        raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
+    check_none_alone(obj, key)
     if key.relative_key != keys.reference_key:
         raise ValueError(
             f"Shape key '{key.name}' of '{obj.name}' is relative to '{key.relative_key.name}': "
@@ -89,6 +82,18 @@ def check_not_hidden(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
         raise ValueError(
             f"Shape key '{key.name}' of '{obj.name}' is limited to vertex group '{key.vertex_group}': clear that field"
         )
+
+
+def check_none_alone(obj: bpy.types.Object, key: bpy.types.ShapeKey | None) -> None:
+    """Raises ValueError if the object shows a cache or another key alone. ``key``: None is one that will be made."""
+    cache = next((modifier for modifier in obj.modifiers if hides_keys(modifier)), None)
+    if cache is not None:
+        raise ValueError(
+            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off, in viewports "
+            "and renders"
+        )
+    if obj.show_only_shape_key and obj.active_shape_key != key:
+        raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
 
 
 def hides_keys(modifier: bpy.types.Modifier) -> bool:

@@ -15,6 +15,7 @@ from ..live import runs
 from ..pull import tool
 from ..scene import remembered
 from ..scene.cages.read import enabled_cage
+from ..scene.seen import look
 from ..setup.bone_operators import selected_armatures
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
 
@@ -49,6 +50,8 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step(reason)
     if why_baked(obj):
         return Step("Edit Again shows the pose in place of the bake.")
+    if reason := look.noted(obj):
+        return Step(f"{reason}.", "ERROR")
     body = body_of(obj)
     if body is not None:
         return Step(f"It goes along with '{body.name}': Pull moves that.")

@@ -273,6 +273,12 @@ class RangeTest(SceneTest):
         self.empty.constraints.new("COPY_LOCATION").target = rig
         self.key(rig.pose.bones["Upper"], 30, 40)
         self.assert_range(7, 40)
+        twin = rig.copy()
+        twin.animation_data_clear()
+        self.scene.collection.objects.link(twin)
+        self.key(twin, 50)
+        self.empty.constraints.new("ARMATURE").targets.new().target = twin
+        self.assert_range(7, 50)
 
     def test_of_strips(self):
         self.key(self.empty, 7, 20)

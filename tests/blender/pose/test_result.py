@@ -4,7 +4,7 @@
 import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import MIDDLE, SEGMENTS, TOP, bend, empty_at, move, own_key, posable, solved
+from tubes import MIDDLE, SEGMENTS, TOP, armature, bend, empty_at, move, own_key, posable, solved
 
 
 def held_shapes(obj):
@@ -117,12 +117,16 @@ class ResultTest(SceneTest):
     def test_state_brings_back_what_constraints_and_modifiers_name(self):
         obj = posable()
         followed, hook = (empty_at((0.0, 0.0, 4.0), name) for name in ("Followed", "Hook"))
+        rig = armature()
         obj.arap.handles[0].target.constraints.new("COPY_ROTATION").target = followed
+        held = obj.arap.handles[0].target.constraints.new("ARMATURE").targets.new()  # it has several
+        held.target, held.subtarget = rig, "Lower"
         self.api.make_cage(obj).target.modifiers.new("Hook", "HOOK").object = hook
         state = module("pose.result").capture_state(obj)
-        followed.location.x = hook.location.x = 1.0
+        bone = rig.pose.bones["Lower"]
+        followed.location.x = hook.location.x = bone.location.x = 1.0
         module("pose.result").restore_state(obj, state)
-        self.assertEqual((followed.location.x, hook.location.x), (0.0, 0.0))
+        self.assertEqual((followed.location.x, hook.location.x, bone.location.x), (0.0, 0.0, 0.0))
 
     def test_state_brings_back_what_pins_and_handles_hold(self):
         """Reset Handles and Add Pin change that while the mesh is posed."""
