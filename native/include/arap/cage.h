@@ -94,8 +94,9 @@ class CageDeformation {
   /// of what the best turn, scale and shift M of the points leaves, so it does not resist these.
   /// @param positions   (n, 3) of the points, finite
   /// @param smoothness  1e-12 to 1: how smoothly the cage moves where points tell little
-  /// Throws InvalidInput, also for kGreen, which is not linear in the cage.
-  [[nodiscard]] Positions fit(const Positions& positions, double smoothness = 1e-6) const;
+  /// Throws InvalidInput, also for kGreen, which is not linear in the cage; Cancelled when `progress` returns false.
+  [[nodiscard]] Positions fit(const Positions& positions, double smoothness = 1e-6,
+                              const Progress& progress = {}) const;
 
   /// The weights of a point in double: computed again, or for kHarmonic those that there are, repaired. Throws
   /// InvalidInput for an index out of [0, n_points).

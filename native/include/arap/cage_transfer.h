@@ -19,9 +19,9 @@ inline namespace ARAP_COMPILED_ALIKE {
 /// @param moved_source  (n_vertices, 3), finite
 /// @param target        at rest, with the source's faces
 /// @return  (n_vertices, 3) of the target
-/// Throws InvalidInput.
+/// Throws InvalidInput; Cancelled when `progress` returns false.
 [[nodiscard]] Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source,
-                                      const PolygonMesh& target);
+                                      const PolygonMesh& target, const Progress& progress = {});
 
 }  // namespace ARAP_COMPILED_ALIKE
 }  // namespace arap

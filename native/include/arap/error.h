@@ -19,11 +19,11 @@ class SolverError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A progress callback stopped a bind or a change of constraints; the object is as it was before the call.
-/// Python: arap_native.Cancelled, a RuntimeError.
-class Cancelled : public SolverError {
+/// A progress callback stopped the work; the object is as it was before the call. No SolverError: nothing has failed,
+/// and what is done about failures must not be done about this. Python: arap_native.Cancelled, a RuntimeError.
+class Cancelled : public std::runtime_error {
  public:
-  using SolverError::SolverError;
+  using std::runtime_error::runtime_error;
 };
 
 /// The memory that a mesh needs is not there; said before it is taken, and the object is as it was before the call.

@@ -17,8 +17,8 @@ inline namespace ARAP_COMPILED_ALIKE {
 
 /// Fixed at bind.
 struct LatticeOptions {
-  /// Size of the cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, four across a limb
-  /// of the median thickness. Coarser is faster and stiffer.
+  /// Size of the cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, the smaller of
+  /// 0.02 and a quarter of the median thickness. Coarser is faster and stiffer.
   double cube_size = 0;
 
   /// In [0, 1]: how firmly each place inside keeps its volume. 0: as the shape makes it; 1: limbs hardly get thinner,
@@ -86,6 +86,7 @@ class LatticeArap {
   [[nodiscard]] int n_parts() const;
   [[nodiscard]] const std::vector<int>& part_of_vertex() const;  ///< (n,), -1 = loose
   [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
+  [[nodiscard]] int n_parts_at_rest() const;                     ///< without any constraint; 0 before set_constraints()
   [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
   [[nodiscard]] int n_control_points() const;
   [[nodiscard]] bool has_inside() const;                 ///< false: a surface model bends this mesh better

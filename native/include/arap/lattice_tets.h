@@ -23,8 +23,10 @@ struct LatticeTets {
   /// The cubes of the lattice of LatticeArap, each cut into six tetrahedra. What is not connected within a cube has a
   /// copy of it each, as two fingers have, and cubes that hang together share corners. Cubes at the surface are whole.
   /// @param cube_size  as LatticeOptions::cube_size
-  /// Throws InvalidInput for a bad cube_size, too many cubes, or a mesh without faces or size.
-  [[nodiscard]] static LatticeTets around(const PolygonMesh& surface, double cube_size = 0);
+  /// Throws InvalidInput for a bad cube_size, too many cubes, or a mesh without faces or size; Cancelled when
+  /// `progress` returns false.
+  [[nodiscard]] static LatticeTets around(const PolygonMesh& surface, double cube_size = 0,
+                                          const Progress& progress = {});
 
   /// The constraint that holds a vertex of the surface. Throws InvalidInput if that is loose or out of range.
   [[nodiscard]] Patch patch(int vertex) const;

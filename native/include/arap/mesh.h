@@ -39,7 +39,11 @@ class PolygonMesh {
 
   /// For each vertex the first one at its place, (n,), its own number if it is that one. Along each axis a vertex may
   /// differ from the first one by 1e-6 of the diagonal, or by what single precision rounds so far from the origin.
-  [[nodiscard]] std::vector<int> same_places(int threads = 1) const;
+  /// Throws Cancelled when `progress` returns false.
+  [[nodiscard]] std::vector<int> same_places(int threads = 1, const Progress& progress = {}) const;
+  /// How many parts there are if vertices at the same place are joined. Fewer than n_parts(): the mesh has open seams,
+  /// as many files have along those of a texture, and a pose tears it there.
+  [[nodiscard]] int n_parts_joined(int threads = 1) const;
 
  private:
   Positions positions_;

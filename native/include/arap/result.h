@@ -19,7 +19,9 @@ struct SolveResult {
   int iterations = 0;        ///< done, each a global and a local step; the first global step may be the guess's
   double step = 0;           ///< last iteration's largest movement / rest diagonal
   StopReason stop_reason = StopReason::kMaxIterations;
-  std::vector<int> parts_at_rest;   ///< connected parts without any constraint: left at rest
+  /// Connected parts without any constraint: left at rest. If these are a surprise, the mesh may have open seams: see
+  /// PolygonMesh::n_parts_joined().
+  std::vector<int> parts_at_rest;
   std::vector<int> loose_vertices;  ///< vertices in no face or tetrahedron: left at rest unless constrained
 };
 

@@ -82,6 +82,7 @@ class SurfaceArap {
   [[nodiscard]] int n_parts() const;
   [[nodiscard]] const std::vector<int>& part_of_vertex() const;  ///< (n,), -1 = loose
   [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
+  [[nodiscard]] int n_parts_at_rest() const;                     ///< without any constraint; 0 before set_constraints()
   [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
   [[nodiscard]] int threads() const;                             ///< threads in use
 

@@ -30,6 +30,8 @@ class TetMesh {
   [[nodiscard]] const std::vector<int>& part_of_vertex() const { return part_of_vertex_; }
   [[nodiscard]] int n_parts() const { return n_parts_; }
   [[nodiscard]] const std::vector<int>& loose_vertices() const { return loose_vertices_; }
+  /// As PolygonMesh::n_parts_joined().
+  [[nodiscard]] int n_parts_joined(int threads = 1) const;
 
   /// Length of the diagonal of the bounding box of vertices in tetrahedra, of all where there are none.
   [[nodiscard]] double diagonal() const;

@@ -15,6 +15,12 @@
 
 namespace arap {
 
+/// A matrix that a factorization cannot be of. Of a class of its own, for who has another matrix to try.
+class NotPositiveDefinite : public SolverError {
+ public:
+  using SolverError::SolverError;
+};
+
 /// Columns C beside a factorized matrix M: solutions x = M^-1 (b - C y), with y chosen by what x would be without. It
 /// refers to the factorization. The M of all its products is the one of solve(), rounded as that is. A column with few
 /// entries takes a small part of a solve to make, to use and to keep.
@@ -65,8 +71,8 @@ class LinearSolver {
   LinearSolver& operator=(const LinearSolver&) = delete;
   virtual ~LinearSolver() = default;
 
-  /// Factorizes A, stored whole, without the erased rows and columns. Throws SolverError if the rest is not positive
-  /// definite.
+  /// Factorizes A, stored whole, without the erased rows and columns. Throws NotPositiveDefinite if the rest is not,
+  /// SolverError if an entry is not finite.
   [[nodiscard]] virtual std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
                                                                  const std::vector<char>& is_erased,
                                                                  const MeterPart& meter = {}) const = 0;
@@ -88,9 +94,8 @@ class LinearSolver {
                          "; look for positions, weights and stiffnesses that are not finite"));
 }
 
-/// Throws the SolverError of a matrix that is not positive definite.
 [[noreturn]] inline void throw_not_positive_definite() {
-  throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+  throw NotPositiveDefinite("the system is not positive definite; look for parts of the mesh without stiffness");
 }
 
 }  // namespace arap

@@ -153,7 +153,10 @@ void move_points(const int* offsets, const AnchorWeight* weights, const float* m
       const float* row = products + std::ptrdiff_t{4} * i;
       move[i] = (row[0] + row[1]) + (row[2] + row[3]);
     }
+    move[3] = 0;
   }
+  // push_points() reads whole blocks.
+  for (std::ptrdiff_t p = end; p % kWrapBlock != 0; ++p) store<float, 4>(moves + 4 * (p - begin), Row{});
 }
 
 /// Numbers of a side in each lane.

@@ -55,7 +55,7 @@ struct WrapKernels {
   /// How far the points [begin, end) move: the sums of their shares of the maps, at the points.
   /// @param offsets  (n_points + 1,) in the weights
   /// @param points   (n_points, 4); the last number is 1
-  /// @param moves    (end - begin, 4) takes the result; the last number means nothing
+  /// @param moves    (end - begin, 4) takes the result, the last number is 0; and 0 up to the end of the last block
   void (*move_points)(const int* offsets, const AnchorWeight* weights, const float* maps, const float* points,
                       float* moves, int begin, int end);
 

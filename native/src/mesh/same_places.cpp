@@ -3,8 +3,10 @@
 
 #include "arap/mesh.h"
 
+#include "base/union_find.h"
 #include "geometry/duplicate_points.h"
 #include "mesh/surface_measures.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -18,11 +20,32 @@ constexpr double kOfCoordinates = 4.8e-7;
 
 }  // namespace
 
-std::vector<int> PolygonMesh::same_places(int threads) const {
+std::vector<int> PolygonMesh::same_places(int threads, const Progress& progress) const {
+  Meter meter(progress, "the search for vertices at the same place was cancelled");
   const Eigen::AlignedBox3d box = surface_box(*this);
   const double largest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
   const double distance = std::max(kOfDiagonal * box.diagonal().norm(), kOfCoordinates * largest);
-  return coincident_with(positions_, distance, threads);
+  std::vector<int> places = coincident_with(positions_, distance, threads, {&meter, 1});
+  meter.reach(1);
+  return places;
+}
+
+int PolygonMesh::n_parts_joined(int threads) const {
+  if (n_parts_ < 2) return n_parts_;
+  const std::vector<int> places = same_places(threads);
+  std::vector<int> part_at(places.size(), -1);
+  UnionFind joined(n_parts_);
+  int n_joins = 0;
+  for (size_t v = 0; v < places.size(); ++v) {
+    const int part = part_of_vertex_[v];
+    if (part < 0) continue;
+    int& here = part_at[places[v]];
+    if (here < 0) here = part;
+    if (joined.find(here) == joined.find(part)) continue;
+    joined.join(here, part);
+    ++n_joins;
+  }
+  return n_parts_ - n_joins;
 }
 
 }  // namespace arap

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "arap/mesh.h"
 #include "base/format_message.h"
 #include "mesh/mesh_vertices.h"
 #include "mesh/surface_measures.h"
@@ -68,6 +69,15 @@ TetMesh::TetMesh(Positions positions, std::vector<Tet> tets)
   part_of_vertex_ = std::move(parts.part_of_vertex);
   loose_vertices_ = std::move(parts.loose_vertices);
   n_parts_ = parts.n_parts;
+}
+
+int TetMesh::n_parts_joined(int threads) const {
+  if (n_parts_ < 2) return n_parts_;
+  // Its parts are those of polygons of the same corners.
+  std::vector<int> corners;
+  corners.reserve(4 * tets_.size());
+  for (const Tet& tet : tets_) corners.insert(corners.end(), tet.begin(), tet.end());
+  return PolygonMesh(positions_, std::move(corners), std::vector<int>(tets_.size(), 4)).n_parts_joined(threads);
 }
 
 double TetMesh::diagonal() const { return box_of_parts(positions_, part_of_vertex_).diagonal().norm(); }

@@ -34,6 +34,9 @@ class VertexModel {
   /// Of each vertex of the user's, -1 = loose.
   [[nodiscard]] const std::vector<int>& part_of_vertex() const { return user_.part_of_vertex(); }
   [[nodiscard]] const std::vector<int>& loose_vertices() const { return user_.loose_vertices(); }
+  [[nodiscard]] int n_parts_at_rest() const {
+    return engine_.has_constraints() ? static_cast<int>(engine_.parts_at_rest().size()) : 0;
+  }
   [[nodiscard]] int n_factorizations() const { return engine_.n_factorizations(); }
 
  private:

@@ -242,6 +242,8 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     }
   }
   if (std::isfinite(report.energy_after)) steps.finish(pose);
+  fraction = 1;
+  static_cast<void>(is_cancelled());
   return report;
 }
 

@@ -64,7 +64,8 @@ class LinearSolverKinds : public testing::TestWithParam<Kind> {
   }
 
   void expect_refused(const SparseMatrix& A, const std::vector<int>& erased) const {
-    expect_error<SolverError>([&] { static_cast<void>(factorize(A, erased)); }, {"not positive definite", "stiffness"});
+    expect_error<arap::NotPositiveDefinite>([&] { static_cast<void>(factorize(A, erased)); },
+                                            {"not positive definite", "stiffness"});
   }
 };
 

@@ -64,5 +64,28 @@ TEST(SamePlaces, DoNotDependOnLooseVertices) {
   EXPECT_EQ(n_places(mesh), expected + 1);
 }
 
+/// The faces of a closed mesh apart are as many parts, which are one if places are joined.
+TEST(SamePlaces, TellHowManyPartsThereWouldBe) {
+  const MeshData sphere = icosphere(1);
+  const MeshData mesh = torn(sphere, Vector3::Zero());
+  EXPECT_EQ(mesh.mesh().n_parts(), sphere.n_faces());
+  EXPECT_EQ(mesh.mesh().n_parts_joined(), 1);
+  EXPECT_EQ(sphere.mesh().n_parts_joined(), 1);
+  EXPECT_EQ(two_spheres(1).mesh().n_parts_joined(), 2);
+  EXPECT_EQ(torn(two_spheres(1), Vector3::Zero()).mesh().n_parts_joined(2), 2);
+}
+
+/// Neither at their own places nor as what two parts have in common.
+TEST(SamePlaces, OfLooseVerticesJoinNothing) {
+  MeshData mesh = two_spheres(1);
+  const int n = mesh.n_vertices();
+  const std::vector<Vector3> loose = mesh.vertices;
+  mesh.vertices.insert(mesh.vertices.begin(), loose.begin(), loose.end());
+  for (std::vector<int>& face : mesh.faces)
+    for (int& v : face) v += n;
+  EXPECT_EQ(mesh.mesh().n_parts_joined(), 2);
+  EXPECT_EQ(arap::PolygonMesh(mesh.positions(), {}, {}).n_parts_joined(), 0);
+}
+
 }  // namespace
 }  // namespace arap_test

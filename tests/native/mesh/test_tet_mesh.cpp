@@ -42,6 +42,20 @@ TEST(TetMesh, KnowsItsPartsAndWhatIsLoose) {
   EXPECT_DOUBLE_EQ(TetMesh(corner(), {}).diagonal(), std::sqrt(3.));
 }
 
+TEST(TetMesh, KnowsHowManyPartsThereWouldBeWithoutSeams) {
+  const TetMesh whole = tet_blocks(2, 1, 1);
+  Positions apart(4 * whole.n_tets(), 3);
+  std::vector<TetMesh::Tet> tets;
+  for (int t = 0; t < whole.n_tets(); ++t) {
+    for (int k = 0; k < 4; ++k) apart.row(4 * t + k) = whole.positions().row(whole.tets()[t][k]);
+    tets.push_back({4 * t, 4 * t + 1, 4 * t + 2, 4 * t + 3});
+  }
+  const TetMesh torn(apart, tets);
+  EXPECT_EQ(torn.n_parts(), whole.n_tets());
+  EXPECT_EQ(torn.n_parts_joined(), 1);
+  EXPECT_EQ(whole.n_parts_joined(), 1);
+}
+
 TEST(TetMesh, FlatIsAMatterOfShapeNotOfSize) {
   for (const double size : {1e-150, 1e-60, 1e-3, 1e60, 1e99})
     EXPECT_EQ(TetMesh(corner() * size, {{0, 1, 2, 3}}).n_tets(), 1) << size;

@@ -184,6 +184,7 @@ int CageArap::n_cage_vertices() const { return impl_->cage.n_vertices(); }
 int CageArap::n_parts() const { return impl_->mesh.n_parts(); }
 const std::vector<int>& CageArap::part_of_vertex() const { return impl_->user.part_of_vertex(); }
 const std::vector<int>& CageArap::loose_vertices() const { return impl_->user.loose_vertices(); }
+int CageArap::n_parts_at_rest() const { return static_cast<int>(impl_->holds.parts_at_rest().size()); }
 int CageArap::n_factorizations() const { return impl_->engine.n_factorizations(); }
 int CageArap::threads() const { return impl_->model.workers.threads(); }
 

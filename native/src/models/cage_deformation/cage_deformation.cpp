@@ -53,7 +53,7 @@ void CageDeformation::deform(const Positions& cage_positions, std::span<float> o
   result.require_finite();
 }
 
-Positions CageDeformation::fit(const Positions& positions, double smoothness) const {
+Positions CageDeformation::fit(const Positions& positions, double smoothness, const Progress& progress) const {
   require_rows("positions", positions.rows(), n_points());
   require_finite("positions", positions, [](int k) { return text("row ", k); });
   constexpr double kLeast = 1e-12;
@@ -63,7 +63,10 @@ Positions CageDeformation::fit(const Positions& positions, double smoothness) co
     throw InvalidInput(
         "Green coordinates are not linear in the cage, so no cage can be fitted by them; take mean value or harmonic "
         "coordinates");
-  return impl_->fit.fit(positions, smoothness);
+  Meter meter(progress, "fitting the cage was cancelled");
+  Positions result = impl_->fit.fit(positions, smoothness, {&meter, 1});
+  meter.reach(1);
+  return result;
 }
 
 CageWeights CageDeformation::weights(int point) const {

@@ -33,18 +33,29 @@ CageFit::Matrix CageFit::smoothing() const {
   return result;
 }
 
-void CageFit::factorize(double smoothness) const {
-  if (gram_.size() == 0) {
-    const auto weights = Eigen::VectorXd::Constant(points_.size(), 1. / points_.size());
-    gram_ = points_.normal_matrix(all_points(), weights, Eigen::RowVectorXd::Zero(points_.cage().n_vertices()), {});
-    smoothing_ = smoothing();
+void CageFit::find_gram(const MeterPart& meter) const {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (gram_.size() != 0) return;
   }
+  // Without the lock: the caller's progress may call this object, and other threads need not wait for it.
+  const auto weights = Eigen::VectorXd::Constant(points_.size(), 1. / points_.size());
+  Matrix gram =
+      points_.normal_matrix(all_points(), weights, Eigen::RowVectorXd::Zero(points_.cage().n_vertices()), meter);
+  Matrix of_edges = smoothing();
+  const std::scoped_lock lock(mutex_);
+  gram_ = std::move(gram);
+  smoothing_ = std::move(of_edges);
+}
+
+void CageFit::factorize(double smoothness) const {
   if (smoothness == smoothness_) return;
   factor_.compute(gram_ + smoothness * smoothing_);
   smoothness_ = smoothness;
 }
 
-Positions CageFit::fit(const Positions& positions, double smoothness) const {
+Positions CageFit::fit(const Positions& positions, double smoothness, const MeterPart& meter) const {
+  find_gram(meter);
   const std::scoped_lock lock(mutex_);
   factorize(smoothness);
   // In the input's unit: where points tell no scale, it stays.

@@ -8,6 +8,7 @@
 #include "arap/types.h"
 #include "cages/cage_points.h"
 #include "dense/least_squares.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -20,7 +21,7 @@ class CageFit {
 
   /// @param positions   (n, 3)
   /// @param smoothness  > 0
-  [[nodiscard]] Positions fit(const Positions& positions, double smoothness) const;
+  [[nodiscard]] Positions fit(const Positions& positions, double smoothness, const MeterPart& meter = {}) const;
 
  private:
   using Matrix = Eigen::MatrixXd;
@@ -28,6 +29,7 @@ class CageFit {
   [[nodiscard]] std::vector<int> all_points() const;
   /// L^T L / c, and a little that holds what neither points nor edges do.
   [[nodiscard]] Matrix smoothing() const;
+  void find_gram(const MeterPart& meter) const;
   void factorize(double smoothness) const;
 
   const CagePoints& points_;

@@ -16,6 +16,7 @@
 #include "mesh/triangulation.h"
 #include "models/input_checks.h"
 #include "models/surface_arap/surface_assembler.h"
+#include "parallel/meter.h"
 #include "sparse/matrix_assembly.h"
 
 namespace arap {
@@ -76,10 +77,10 @@ class SourceMotion {
 /// The energy of the target's gradients.
 class TargetSystem {
  public:
-  explicit TargetSystem(const PolygonMesh& target)
-      : rest_(target.positions()), assembler_(target, options(), no_stiffness_) {
+  TargetSystem(const PolygonMesh& target, Meter& meter)
+      : meter_(meter), rest_(target.positions()), assembler_(target, options(), no_stiffness_) {
     const auto fill = [&](int i, RowAccumulator<double>& column) { assembler_.system_column(i, column); };
-    K_ = assemble_matrix(target.n_vertices(), 1, fill, {});
+    K_ = assemble_matrix(target.n_vertices(), 1, fill, {&meter_, 0.2});
     components_ = connected_components(K_);
   }
 
@@ -99,6 +100,7 @@ class TargetSystem {
         add_rest_vectors(item, rest_, [&](int v, const Row& q) { residual.row(v) += q * gradient.transpose(); });
       }
     };
+    meter_.tell();
     drive(assembler_.triangulation().triangles);
     drive(assembler_.triangulation().ties);
     return result + solved(std::move(residual));
@@ -120,7 +122,9 @@ class TargetSystem {
         if (is_fixed[v] != 0) x.row(static_cast<Eigen::Index>(v)).setZero();
     };
     erase(b);
-    const auto factor = make_linear_solver(K_)->factorize(K_, is_fixed);
+    const auto solver = make_linear_solver(K_, Workers(1), TileFormat::kHalf, {&meter_, 0.3});
+    const auto factor = solver->factorize(K_, is_fixed, {&meter_, 0.3});
+    meter_.tell();
     solve_with_cg(
         [&](const Positions& x, Positions& y) {
           multiply(K_, x, y, workers_);
@@ -130,6 +134,7 @@ class TargetSystem {
     return b;
   }
 
+  Meter& meter_;
   const Positions& rest_;
   std::vector<double> no_stiffness_;
   SurfaceAssembler assembler_;
@@ -155,12 +160,14 @@ std::map<int, Row> means_of(const std::vector<int>& components, const Positions&
 
 inline namespace ARAP_COMPILED_ALIKE {
 
-Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source, const PolygonMesh& target) {
+Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source, const PolygonMesh& target,
+                        const Progress& progress) {
   require_same_faces(source, target);
   require_rows("moved_source", moved_source.rows(), source.n_vertices());
   require_finite("moved_source", moved_source, [](int v) { return text("vertex ", v); });
   const SourceMotion motion(source, moved_source);
-  const TargetSystem system(target);
+  Meter meter(progress, "the transfer was cancelled");
+  const TargetSystem system(target, meter);
   Positions result = system.driven_by(motion);
   const std::vector<int>& components = system.components();
   const std::map<int, Row> of_source = means_of(components, source.positions());
@@ -176,6 +183,7 @@ Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source
     const Row place = of_moved.at(c) + (from - of_source.at(c)) * motion.whole().linear.transpose() + shift;
     result.row(v) += place - of_result.at(c);
   }
+  meter.reach(1);
   return result;
 }
 

@@ -66,6 +66,7 @@ struct EmbeddedDeformation::Impl {
     Meter meter(progress, "binding was cancelled");
     graph = make_graph(space.make_model(mesh), options, workers.threads(), {&meter, 1});
     reset();
+    meter.reach(1);
   }
 
   void reset() {
@@ -84,6 +85,7 @@ struct EmbeddedDeformation::Impl {
     for (const int v : graph.vertices) node_is_held.push_back(is_held[user.part_of_vertex()[v]]);
     auto next = std::make_unique<NewtonSteps>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
                                               workers, MeterPart{&meter, 1});
+    meter.reach(1);
     if (solver) former_factorizations += solver->n_factorizations();
     solver = std::move(next);
     constraints = std::move(copy);
@@ -261,6 +263,7 @@ int EmbeddedDeformation::n_vertices() const { return impl_->user.size(); }
 int EmbeddedDeformation::n_parts() const { return impl_->n_parts; }
 const std::vector<int>& EmbeddedDeformation::part_of_vertex() const { return impl_->user.part_of_vertex(); }
 const std::vector<int>& EmbeddedDeformation::loose_vertices() const { return impl_->user.loose_vertices(); }
+int EmbeddedDeformation::n_parts_at_rest() const { return static_cast<int>(impl_->parts_at_rest.size()); }
 int EmbeddedDeformation::n_factorizations() const { return impl_->n_factorizations(); }
 int EmbeddedDeformation::threads() const { return impl_->workers.threads(); }
 

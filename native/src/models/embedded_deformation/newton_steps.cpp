@@ -152,6 +152,8 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
       break;
     }
   }
+  if (report.stop_reason != StopReason::kCancelled && progress && !progress(1))
+    report.stop_reason = StopReason::kCancelled;
   report.energy_after = energy(at);
   state = std::move(at.state);
   return report;
@@ -256,7 +258,7 @@ void NewtonSteps::factorize(const Positions& state, const Positions& of_state) {
   ++n_factorizations_;
   try {
     factor_ = solver_->factorize(unknowns_->matrix(state, of_state, Curvature::kWhole), is_erased_);
-  } catch (const SolverError&) {  // it is not positive definite
+  } catch (const NotPositiveDefinite&) {
     ++n_factorizations_;
     factor_ = solver_->factorize(unknowns_->matrix(state, of_state, Curvature::kNotNegative), is_erased_);
   }

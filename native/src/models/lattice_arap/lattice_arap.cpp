@@ -352,6 +352,9 @@ int LatticeArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int LatticeArap::n_parts() const { return impl_->mesh.n_parts(); }
 const std::vector<int>& LatticeArap::part_of_vertex() const { return impl_->part_of_vertex; }
 const std::vector<int>& LatticeArap::loose_vertices() const { return impl_->loose_vertices; }
+int LatticeArap::n_parts_at_rest() const {
+  return impl_->exact ? static_cast<int>(impl_->exact->parts_at_rest().size()) : 0;
+}
 int LatticeArap::n_factorizations() const {
   return impl_->engine.n_factorizations() + impl_->sheets.n_factorizations();
 }

@@ -119,6 +119,9 @@ int PoissonEditing::n_vertices() const { return impl_->user.size(); }
 int PoissonEditing::n_parts() const { return impl_->model.prepared.n_parts; }
 const std::vector<int>& PoissonEditing::part_of_vertex() const { return impl_->user.part_of_vertex(); }
 const std::vector<int>& PoissonEditing::loose_vertices() const { return impl_->user.loose_vertices(); }
+int PoissonEditing::n_parts_at_rest() const {
+  return impl_->solver.has_constraints() ? static_cast<int>(impl_->solver.parts_at_rest().size()) : 0;
+}
 int PoissonEditing::n_factorizations() const { return impl_->n_factorizations; }
 int PoissonEditing::threads() const { return impl_->model.prepared.workers.threads(); }
 

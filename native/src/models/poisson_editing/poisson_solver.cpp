@@ -130,6 +130,7 @@ std::optional<PoissonSolver::Pose> PoissonSolver::solve(const Positions& targets
   const Positions log_scales = of_rows.rows() > 0 ? spread(of_rows) : of_rows;
   if (is_stopped(kTurns)) return std::nullopt;
   pose.positions = driven(model_.forces.find(pose.turns, log_scales, model_.prepared.workers), targets);
+  if (is_stopped(1)) return std::nullopt;
   return pose;
 }
 

@@ -105,6 +105,7 @@ int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int SurfaceArap::n_parts() const { return impl_->model.prepared.n_parts; }
 const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->posed.part_of_vertex(); }
 const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->posed.loose_vertices(); }
+int SurfaceArap::n_parts_at_rest() const { return impl_->posed.n_parts_at_rest(); }
 int SurfaceArap::n_factorizations() const { return impl_->posed.n_factorizations(); }
 int SurfaceArap::threads() const { return impl_->model.prepared.workers.threads(); }
 

@@ -11,6 +11,7 @@
 #include "mesh/surface_measures.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -76,15 +77,16 @@ void LatticeTets::embed(const Positions& of_tets, Positions& of_surface) const {
   }
 }
 
-LatticeTets LatticeTets::around(const PolygonMesh& surface, double cube_size) {
+LatticeTets LatticeTets::around(const PolygonMesh& surface, double cube_size, const Progress& progress) {
   LatticeOptions options;
   options.cube_size = cube_size;
   options.validate();
   require_surface(surface);
   const ModelSpace space(surface);
   const PolygonMesh model = space.make_model(surface);
-  const double size = choose_cube_size(model, cube_size, 1);
-  const MeshPieces pieces(model, size);
+  Meter meter(progress, "cutting into tetrahedra was cancelled");
+  const double size = choose_cube_size(model, cube_size, 1, {&meter, 0});
+  const MeshPieces pieces(model, size, {&meter, 0.8});
   const std::vector<int> numbers = pieces.shared_points(2);
   Positions positions(1 + *std::max_element(numbers.begin(), numbers.end()), 3);
   std::vector<TetMesh::Tet> tets;
@@ -111,6 +113,7 @@ LatticeTets LatticeTets::around(const PolygonMesh& surface, double cube_size) {
     result.tet_of_vertex[v] = kTetsOfCube * piece + tet;
     result.coordinates[v] = coordinates;
   }
+  meter.reach(1);
   return result;
 }
 

@@ -74,6 +74,7 @@ int TetArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int TetArap::n_parts() const { return impl_->model.n_parts; }
 const std::vector<int>& TetArap::part_of_vertex() const { return impl_->posed.part_of_vertex(); }
 const std::vector<int>& TetArap::loose_vertices() const { return impl_->posed.loose_vertices(); }
+int TetArap::n_parts_at_rest() const { return impl_->posed.n_parts_at_rest(); }
 int TetArap::n_factorizations() const { return impl_->posed.n_factorizations(); }
 int TetArap::threads() const { return impl_->model.workers.threads(); }
 

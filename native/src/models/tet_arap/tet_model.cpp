@@ -142,7 +142,9 @@ std::vector<int> prepare_tets(PreparedModel& model, const TetMesh& mesh, const T
   };
   assemble_tet_energy(model.energy, model.rest, mesh.tets(), properties.stiffness, regions, model.workers.threads(),
                       {&meter, 0.5}, find_order);
-  return model.take_solver_numbers({&meter, 0});
+  std::vector<int> new_numbers = model.take_solver_numbers({&meter, 0});
+  meter.reach(1);
+  return new_numbers;
 }
 
 }  // namespace arap
