@@ -13,6 +13,13 @@ static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
 
 namespace {
 
+/// At most so much of a text that anything may be in.
+std::string cut(const py::object& text) {
+  constexpr py::ssize_t kMost = 60;
+  if (py::len(text) <= kMost) return py::str(text);
+  return std::string(py::str(text[py::slice(0, kMost, 1)])) + "...";
+}
+
 constexpr const char* kReals = "real numbers";
 constexpr const char* kIntegers = "integers";
 
@@ -51,12 +58,12 @@ class Entries {
  private:
   void require_number(py::handle entry) const {
     if (py::isinstance<py::bool_>(entry) || py::isinstance(entry, numpy_bool_))
-      throw py::value_error(name_ + " has the entry " + std::string(py::str(entry)) + " at place " +
-                            std::to_string(place_) + ", expected " + expected_);
+      throw py::value_error(name_ + " has the entry " + cut(py::str(entry)) + " at place " + std::to_string(place_) +
+                            ", expected " + expected_);
     if (!std::is_same_v<T, int> || !PyLong_Check(entry.ptr())) return;
     int overflow = 0;
     const std::int64_t value = PyLong_AsLongLongAndOverflow(entry.ptr(), &overflow);
-    if (overflow != 0 || !std::in_range<int>(value)) refuse_entry(py::str(entry), place_, name_);
+    if (overflow != 0 || !std::in_range<int>(value)) refuse_entry(shown(entry), place_, name_);
   }
 
   const std::string& name_;
@@ -89,7 +96,7 @@ py::array as_array(const py::object& object, const std::string& name, const char
 }
 
 [[noreturn]] void refuse_dtype(const py::array& array, const std::string& name, const char* expected) {
-  throw py::value_error(name + " has dtype " + std::string(py::str(array.dtype())) + ", expected " + expected);
+  throw py::value_error(name + " has dtype " + cut(py::str(array.dtype())) + ", expected " + expected);
 }
 
 constexpr int kReadable = py::array::c_style | py::array::forcecast | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
@@ -150,9 +157,18 @@ std::string shape_text(Shape shape) {
   return "(" + text + (shape.size() == 1 ? ",)" : ")");
 }
 
-std::string shape_text(const py::array& array) { return py::str(py::tuple(array.attr("shape"))); }
+std::string shape_text(const py::array& array) { return cut(py::str(py::tuple(array.attr("shape")))); }
 
-std::string type_name(py::handle object) { return py::str(py::type::handle_of(object).attr("__name__")); }
+std::string shown(py::handle object) {
+  const auto text = py::reinterpret_steal<py::object>(PyObject_Repr(object.ptr()));
+  if (text) return cut(text);
+  PyErr_Clear();  // as of an integer with too many digits
+  return "a value of type " + type_name(object);
+}
+
+std::string class_name(py::handle type) { return cut(type.attr("__name__")); }
+
+std::string type_name(py::handle object) { return class_name(py::type::handle_of(object)); }
 
 void require_shape(const py::array& array, const std::string& name, Shape shape, const char* rows) {
   if (!has_shape(array, shape))

@@ -41,6 +41,10 @@ using Shape = std::initializer_list<Extent>;
 
 std::string shape_text(Shape shape);
 std::string shape_text(const py::array& array);
+/// What repr() says, cut where it is long: messages are one sentence.
+std::string shown(py::handle object);
+std::string class_name(py::handle type);
+/// Of the class of an object.
 std::string type_name(py::handle object);
 
 /// `object`, an array or what numpy makes one, as float64 or int32 in C order; itself where it is so already. Throws a

@@ -2,6 +2,7 @@
 #include "bound_model.h"
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "docstrings.h"
@@ -64,7 +65,8 @@ SolveResult BoundModel::solve(const py::object& targets, const arap::SolveOption
                               py::object progress, const py::object& out) {
   const SolveInput input(*model_, targets, options, rotations, out);
   ProgressCall call(std::move(progress));
-  return {exclusively(model_, [&](Model& model) { return input.solve(model, call.function()); }), out};
+  return {exclusively(model_, [&](Model& model) { return input.solve(model, call.function()); }), out, n_parts(),
+          model_->n_parts_joined};
 }
 
 std::unique_ptr<JobHandle> BoundModel::begin_solve(Jobs& jobs, const py::object& targets,
@@ -74,7 +76,10 @@ std::unique_ptr<JobHandle> BoundModel::begin_solve(Jobs& jobs, const py::object&
       jobs,
       [input = SolveInput(*model_, targets, options, rotations, out),
        turn = Turn(model_)](const arap::Progress& progress) { return input.solve(*turn, progress); },
-      [out](arap::SolveResult result) { return py::cast(SolveResult(std::move(result), out)); }, out);
+      [out, n_parts = n_parts(), joined = model_->n_parts_joined](arap::SolveResult result) {
+        return py::cast(SolveResult(std::move(result), out, n_parts, joined));
+      },
+      out);
 }
 
 void BoundModel::reset() {
@@ -95,49 +100,62 @@ int BoundModel::n_factorizations() const {
 }
 
 std::string BoundModel::repr() const {
-  return py::str("<{}: {} vertices, {} {}, {} {}>")
-      .format(model_->class_name(), n_vertices(), n_parts(), n_parts() == 1 ? "part" : "parts", threads(),
+  const int n_at_rest = model_->n_parts_at_rest;
+  return py::str("<{}: {} vertices, {}, {}, {} {}>")
+      .format(model_->class_name(), n_vertices(), parts_text(n_parts(), model_->n_parts_joined),
+              model_->n_targets == 0 ? "no constraints" : std::to_string(n_at_rest) + " at rest", threads(),
               threads() == 1 ? "thread" : "threads");
 }
 
+int BoundModel::n_parts_joined() const {
+  const WithoutGil no_gil;
+  return model_->n_parts_joined.get();
+}
+
+py::tuple BoundModel::state() const {
+  auto [set, positions] =
+      exclusively(model_, [](Model& model) { return std::pair(model.constraints, model.positions()); });
+  py::object constraints = py::none();
+  if (set.n_targets() > 0) constraints = tuple_of(set);
+  return py::make_tuple(constraints, to_array(std::move(positions)));
+}
+
 void bind_model(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
-  const py::object none = py::none();
   using Object = const py::object&;
-  py::class_<BoundModel>(m, "Model", docstrings::Model)
-      .def(
-          "set_constraints",
-          [](BoundModel& model, Object vertices, Object strengths, Object patches, Object segments,
-             py::object progress) {
-            model.set_constraints(constraints_from(vertices, strengths, patches, segments), std::move(progress));
-          },
-          docstrings::Model_set_constraints, py::arg("vertices"), py::arg("strengths") = none,
-          py::arg("patches") = none, py::arg("segments") = none, py::kw_only(), py::arg("progress") = none)
-      .def(
-          "begin_set_constraints",
-          [jobs](BoundModel& model, Object vertices, Object strengths, Object patches, Object segments) {
-            return model.begin_set_constraints(*jobs, constraints_from(vertices, strengths, patches, segments));
-          },
-          docstrings::Model_begin_set_constraints, py::arg("vertices"), py::arg("strengths") = none,
-          py::arg("patches") = none, py::arg("segments") = none)
-      .def("solve", &BoundModel::solve, docstrings::Model_solve, py::arg("targets"), py::arg("options") = none,
-           py::kw_only(), py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
-      .def(
-          "begin_solve",
-          [jobs](BoundModel& model, Object targets, const arap::SolveOptions* options, Object rotations, Object out) {
-            return model.begin_solve(*jobs, targets, options, rotations, out);
-          },
-          docstrings::Model_begin_solve, py::arg("targets"), py::arg("options") = none, py::kw_only(),
-          py::arg("rotations") = none, py::arg("out") = none)
-      .def("reset", &BoundModel::reset, docstrings::Model_reset)
-      .def("set_positions", &BoundModel::set_positions, docstrings::Model_set_positions, py::arg("positions"))
-      .def_property_readonly("positions", &BoundModel::positions, docstrings::Model_positions)
-      .def_property_readonly("n_vertices", &BoundModel::n_vertices, docstrings::Model_n_vertices)
-      .def_property_readonly("n_parts", &BoundModel::n_parts, docstrings::Model_n_parts)
-      .def_property_readonly("part_of_vertex", &BoundModel::part_of_vertex, docstrings::Model_part_of_vertex)
-      .def_property_readonly("loose_vertices", &BoundModel::loose_vertices, docstrings::Model_loose_vertices)
-      .def_property_readonly("n_factorizations", &BoundModel::n_factorizations, docstrings::Model_n_factorizations)
-      .def_property_readonly("threads", &BoundModel::threads, docstrings::Model_threads)
-      .def("__repr__", &BoundModel::repr);
+  using Options = const arap::SolveOptions*;
+  py::class_<BoundModel> type(m, "Model", docstrings::Model);
+  def(type, docstrings::Model_set_constraints,
+      [](BoundModel& model, Object vertices, Object strengths, Object patches, Object segments, Object progress) {
+        model.set_constraints(constraints_from(vertices, strengths, patches, segments), progress);
+      });
+  def(type, docstrings::Model_begin_set_constraints,
+      [jobs](BoundModel& model, Object vertices, Object strengths, Object patches, Object segments) {
+        return model.begin_set_constraints(*jobs, constraints_from(vertices, strengths, patches, segments));
+      });
+  def(type, docstrings::Model_solve,
+      [](BoundModel& model, Object targets, Options options, Object rotations, Object progress, Object out) {
+        return model.solve(targets, options, rotations, progress, out);
+      });
+  def(type, docstrings::Model_begin_solve,
+      [jobs](BoundModel& model, Object targets, Options options, Object rotations, Object out) {
+        return model.begin_solve(*jobs, targets, options, rotations, out);
+      });
+  def(type, docstrings::Model_reset, [](BoundModel& model) { model.reset(); });
+  def(type, docstrings::Model_set_positions,
+      [](BoundModel& model, Object positions) { model.set_positions(positions); });
+  def(type, "__repr__(self)", [](const BoundModel& model) { return model.repr(); });
+  const auto def_value = [&](const char* name, auto value, const char* doc) {
+    def_property(
+        type, name, [value](const BoundModel& model) { return (model.*value)(); }, doc);
+  };
+  def_value("positions", &BoundModel::positions, docstrings::Model_positions);
+  def_value("n_vertices", &BoundModel::n_vertices, docstrings::Model_n_vertices);
+  def_value("n_parts", &BoundModel::n_parts, docstrings::Model_n_parts);
+  def_value("n_parts_joined", &BoundModel::n_parts_joined, docstrings::Model_n_parts_joined);
+  def_value("part_of_vertex", &BoundModel::part_of_vertex, docstrings::Model_part_of_vertex);
+  def_value("loose_vertices", &BoundModel::loose_vertices, docstrings::Model_loose_vertices);
+  def_value("n_factorizations", &BoundModel::n_factorizations, docstrings::Model_n_factorizations);
+  def_value("threads", &BoundModel::threads, docstrings::Model_threads);
 }
 
 }  // namespace arap_native

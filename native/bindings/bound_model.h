@@ -9,12 +9,14 @@
 #include <utility>
 
 #include "arrays.h"
+#include "data.h"
 #include "gil.h"
 #include "inputs.h"
 #include "job_handle.h"
 #include "model.h"
 #include "progress_call.h"
 #include "result.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -40,7 +42,11 @@ class BoundModel {
   [[nodiscard]] int threads() const { return model_->threads(); }
   [[nodiscard]] py::array part_of_vertex() const { return to_array(model_->part_of_vertex()); }
   [[nodiscard]] py::array loose_vertices() const { return to_array(model_->loose_vertices()); }
+  [[nodiscard]] int n_parts_joined() const;
   [[nodiscard]] std::string repr() const;
+
+  /// What has happened since the bind, for pickles: constraints and positions.
+  [[nodiscard]] py::tuple state() const;
 
   [[nodiscard]] arap::Positions points_from(const py::object& positions) const {
     return positions_from(positions, "positions", n_vertices(), "one row per vertex");
@@ -69,12 +75,15 @@ class BoundAs : public BoundModel {
   static std::unique_ptr<BoundAs> bind(BindInput<Native> input, py::object progress) {
     ProgressCall call(std::move(progress));
     const WithoutGil no_gil;
-    return of(input.bind(call.function()));
+    return of(arap_native::bind(input, call.function()));
   }
 
   static std::unique_ptr<JobHandle> begin_bind(Jobs& jobs, BindInput<Native> input) {
     return begin_job(
-        jobs, [input = std::move(input)](const arap::Progress& progress) mutable { return input.bind(progress); },
+        jobs,
+        [input = std::move(input)](const arap::Progress& progress) mutable {
+          return arap_native::bind(input, progress);
+        },
         [](std::shared_ptr<ModelOf<Native>> model) { return py::cast(of(std::move(model))); });
   }
 
@@ -88,8 +97,9 @@ class BoundAs : public BoundModel {
     return work((*model).native);
   }
 
-  /// What is fixed at bind.
+  // What is fixed at bind.
   [[nodiscard]] const Native& native() const { return model_->native; }
+  [[nodiscard]] const Source<Native>& source() const { return *model_->source; }
 
  private:
   explicit BoundAs(std::shared_ptr<ModelOf<Native>> model) : BoundModel(model), model_(std::move(model)) {}
@@ -102,45 +112,58 @@ class BoundAs : public BoundModel {
   std::shared_ptr<ModelOf<Native>> model_;
 };
 
+/// What a model is bound by, by the names of its constructor.
+template <typename Native>
+py::dict arguments_of(const Source<Native>& source) {
+  py::dict arguments = arguments_of(source.mesh);
+  arguments["options"] = source.options;
+  add_arguments(source.properties, arguments);
+  return arguments;
+}
+inline py::dict arguments_of(const Source<arap::CageArap>& source) {
+  py::dict arguments = arguments_of(source.mesh);
+  arguments["options"] = source.options;
+  arguments["cage"] = tuple_of(source.cage);
+  return arguments;
+}
+
+/// Adds what a model is pickled by, a call of its class and its state.
+template <typename Native>
+void def_pickle(py::class_<BoundAs<Native>, BoundModel>& type) {
+  def(type, "__reduce__(self)", [](const py::object& self) {
+    const auto& model = converted<const BoundAs<Native>&>(self, "self");
+    return rebuilt_by(self, arguments_of(model.source()), model.state());
+  });
+}
+
 /// Adds a model's class to the module, with the two ways to bind one.
 /// @param arrays_from  makes its mesh's arrays of the first arguments
-/// @param arguments    names these
-template <typename Native, typename... Given, typename... Arguments>
+template <typename Native, typename... Given>
 py::class_<BoundAs<Native>, BoundModel> bind_class(py::module_& m, const std::shared_ptr<Jobs>& jobs, const char* doc,
                                                    const char* init_doc, const char* begin_bind_doc,
-                                                   typename BindInput<Native>::Arrays (*arrays_from)(Given...),
-                                                   const Arguments&... arguments) {
-  const py::object none = py::none();
+                                                   typename BindInput<Native>::Arrays (*arrays_from)(Given...)) {
   using Object = const py::object&;
   using Options = typename ClassOf<Native>::Options;
   py::class_<BoundAs<Native>, BoundModel> type(m, ClassOf<Native>::kName, doc);
   if constexpr (!kTakesProperties<Native>) {
-    type.def(py::init([arrays_from](Given... mesh, const Options* options, py::object progress) {
-               return BoundAs<Native>::bind({arrays_from(mesh...), options}, std::move(progress));
-             }),
-             init_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("progress") = none);
-    type.def_static(
-        "begin_bind",
-        [jobs, arrays_from](Given... mesh, const Options* options) {
-          return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options});
-        },
-        begin_bind_doc, arguments..., py::arg("options") = none);
+    def_init(type, init_doc, [arrays_from](Given... mesh, const Options* options, Object progress) {
+      return BoundAs<Native>::bind({arrays_from(mesh...), options}, progress);
+    });
+    def_static(type, begin_bind_doc, [jobs, arrays_from](Given... mesh, const Options* options) {
+      return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options});
+    });
   } else {
-    type.def(
-        py::init([arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions,
-                               py::object progress) {
-          return BoundAs<Native>::bind({arrays_from(mesh...), options, stiffness, rigid_regions}, std::move(progress));
-        }),
-        init_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
-        py::arg("rigid_regions") = none, py::arg("progress") = none);
-    type.def_static(
-        "begin_bind",
-        [jobs, arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions) {
-          return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options, stiffness, rigid_regions});
-        },
-        begin_bind_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
-        py::arg("rigid_regions") = none);
+    def_init(
+        type, init_doc,
+        [arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions, Object progress) {
+          return BoundAs<Native>::bind({arrays_from(mesh...), options, stiffness, rigid_regions}, progress);
+        });
+    def_static(type, begin_bind_doc,
+               [jobs, arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions) {
+                 return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options, stiffness, rigid_regions});
+               });
   }
+  def_pickle(type);
   return type;
 }
 
@@ -149,28 +172,21 @@ template <typename Native>
 py::class_<BoundAs<Native>, BoundModel> bind_polygon_class(py::module_& m, const std::shared_ptr<Jobs>& jobs,
                                                            const char* doc, const char* init_doc,
                                                            const char* begin_bind_doc) {
-  return bind_class<Native>(m, jobs, doc, init_doc, begin_bind_doc, &mesh_from, py::arg("rest_positions"),
-                            py::arg("faces"), py::arg("face_sizes") = py::none());
+  return bind_class<Native>(m, jobs, doc, init_doc, begin_bind_doc, &mesh_from);
 }
 
 /// Adds the energy of a model that tells it.
 template <typename Native>
 void def_energy(py::class_<BoundAs<Native>, BoundModel>& type, const char* energy_doc, const char* gradient_doc) {
   using Bound = BoundAs<Native>;
-  type.def(
-      "energy",
-      [](const Bound& model, const py::object& positions) {
-        const arap::Positions points = model.points_from(positions);
-        return model.exclusively([&](Native& native) { return native.energy(points); });
-      },
-      energy_doc, py::arg("positions"));
-  type.def(
-      "energy_gradient",
-      [](const Bound& model, const py::object& positions) {
-        const arap::Positions points = model.points_from(positions);
-        return to_array(model.exclusively([&](Native& native) { return native.energy_gradient(points); }));
-      },
-      gradient_doc, py::arg("positions"));
+  def(type, energy_doc, [](const Bound& model, const py::object& positions) {
+    const arap::Positions points = model.points_from(positions);
+    return model.exclusively([&](Native& native) { return native.energy(points); });
+  });
+  def(type, gradient_doc, [](const Bound& model, const py::object& positions) {
+    const arap::Positions points = model.points_from(positions);
+    return to_array(model.exclusively([&](Native& native) { return native.energy_gradient(points); }));
+  });
 }
 
 /// Adds Model, what all classes of models have in common.

@@ -8,10 +8,12 @@
 
 #include "arap/cage.h"
 #include "arrays.h"
+#include "data.h"
 #include "docstrings.h"
 #include "gil.h"
 #include "inputs.h"
 #include "progress_call.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -19,6 +21,14 @@ namespace {
 
 using Native = arap::CageDeformation;
 using Object = const py::object&;
+
+/// What weights were computed from, and the weights.
+struct CageBind {
+  arap::Positions points;
+  arap::PolygonMesh cage;
+  arap::CageOptions options;
+  Native native;
+};
 
 /// What weights are computed from; copied from arrays.
 struct CageInput {
@@ -33,45 +43,56 @@ struct CageInput {
   }
 
   /// Once: takes the arrays. Needs no GIL.
-  [[nodiscard]] std::shared_ptr<const Native> bind(const arap::Progress& progress) {
-    return std::make_shared<const Native>(mesh_of(std::move(cage)), points, options, progress);
+  [[nodiscard]] std::shared_ptr<const CageBind> bind(const arap::Progress& progress) {
+    arap::PolygonMesh mesh = mesh_of(std::move(cage));
+    Native native(mesh, points, options, progress);
+    return std::make_shared<const CageBind>(CageBind{std::move(points), std::move(mesh), options, std::move(native)});
   }
 };
 
 /// For Python. Nothing changes after the bind, so several threads may use it at once.
 class BoundCage {
  public:
-  static std::unique_ptr<BoundCage> of(std::shared_ptr<const Native> native) {
+  static std::unique_ptr<BoundCage> of(std::shared_ptr<const CageBind> made) {
     // Not make_unique: it would use the class's own new, which refuses.
-    return std::unique_ptr<BoundCage>(::new BoundCage(std::move(native)));  // NOLINT(modernize-make-unique)
+    return std::unique_ptr<BoundCage>(::new BoundCage(std::move(made)));  // NOLINT(modernize-make-unique)
   }
 
-  [[nodiscard]] const Native& native() const { return *native_; }
+  [[nodiscard]] const Native& native() const { return bind_->native; }
+
+  /// What it was made of.
+  [[nodiscard]] py::dict arguments() const {
+    py::dict arguments = arguments_of(bind_->cage);
+    arguments["points"] = to_array(bind_->points);
+    arguments["options"] = bind_->options;
+    return arguments;
+  }
 
   [[nodiscard]] py::object deform(Object cage_positions, Object out) const {
     const arap::Positions moved =
-        positions_from(cage_positions, "cage_positions", native_->n_vertices(), "one row per vertex of the cage");
-    const std::span<float> numbers = out_from(out, native_->n_points(), "one row per point");
+        positions_from(cage_positions, "cage_positions", native().n_vertices(), "one row per vertex of the cage");
+    const std::span<float> numbers = out_from(out, native().n_points(), "one row per point");
     if (out.is_none()) return to_array(posed(moved));
     {
       const WithoutGil no_gil;
-      native_->deform(moved, numbers);
+      native().deform(moved, numbers);
     }
     return out;
   }
 
-  [[nodiscard]] py::array fit(Object positions, double smoothness) const {
-    const arap::Positions points = positions_from(positions, "positions", native_->n_points(), "one row per point");
+  [[nodiscard]] py::array fit(Object positions, double smoothness, Object progress) const {
+    const arap::Positions points = positions_from(positions, "positions", native().n_points(), "one row per point");
+    ProgressCall call(progress);
     arap::Positions result;
     {
       const WithoutGil no_gil;
-      result = native_->fit(points, smoothness);
+      result = native().fit(points, smoothness, call.function());
     }
     return to_array(std::move(result));
   }
 
   [[nodiscard]] py::tuple weights(int point) const {
-    const arap::CageWeights weights = native_->weights(point);
+    const arap::CageWeights weights = native().weights(point);
     const auto array = [](const Eigen::VectorXd& values) {
       return to_array(std::vector<double>(values.begin(), values.end()));
     };
@@ -79,9 +100,9 @@ class BoundCage {
   }
 
   [[nodiscard]] std::string repr() const {
-    const int threads = native_->threads();
+    const int threads = native().threads();
     return py::str("<CageDeformation: {} points, {} vertices of the cage, {} {}>")
-        .format(native_->n_points(), native_->n_vertices(), threads, threads == 1 ? "thread" : "threads");
+        .format(native().n_points(), native().n_vertices(), threads, threads == 1 ? "thread" : "threads");
   }
 
   /// As that of BoundModel.
@@ -91,14 +112,14 @@ class BoundCage {
   static void operator delete(void* bound) { ::operator delete(bound); }
 
  private:
-  explicit BoundCage(std::shared_ptr<const Native> native) : native_(std::move(native)) {}
+  explicit BoundCage(std::shared_ptr<const CageBind> made) : bind_(std::move(made)) {}
 
   [[nodiscard]] arap::Positions posed(const arap::Positions& moved) const {
     const WithoutGil no_gil;
-    return native_->deform(moved);
+    return native().deform(moved);
   }
 
-  std::shared_ptr<const Native> native_;
+  std::shared_ptr<const CageBind> bind_;
 };
 
 arap::PolygonMesh made_cage(MeshArrays mesh, int cells, const arap::Progress& progress) {
@@ -116,66 +137,59 @@ py::tuple arrays_of(const arap::PolygonMesh& cage) {
 }  // namespace
 
 void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
-  m.def(
-      "make_cage",
-      [](Object rest_positions, Object faces, Object face_sizes, int cells, py::object progress) {
-        MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
-        ProgressCall call(std::move(progress));
-        return arrays_of(made_cage(std::move(mesh), cells, call.function()));
-      },
-      docstrings::make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
-      py::arg("cells") = 10, py::kw_only(), py::arg("progress") = py::none());
-  m.def(
-      "begin_make_cage",
-      [jobs](Object rest_positions, Object faces, Object face_sizes, int cells) {
-        return begin_job(
-            *jobs,
-            [mesh = mesh_from(rest_positions, faces, face_sizes), cells](const arap::Progress& progress) mutable {
-              return arap::make_cage(mesh_of(std::move(mesh)), cells, progress);
-            },
-            [](const arap::PolygonMesh& cage) -> py::object { return arrays_of(cage); });
-      },
-      docstrings::begin_make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
-      py::arg("cells") = 10);
-  const py::object none = py::none();
   using Options = arap::CageOptions;
-  py::class_<BoundCage>(m, "CageDeformation", docstrings::CageDeformation)
-      .def(py::init([](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
-                       py::object progress) {
+  def(m, docstrings::make_cage, [](Object rest_positions, Object faces, Object face_sizes, int cells, Object progress) {
+    MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
+    ProgressCall call(progress);
+    return arrays_of(made_cage(std::move(mesh), cells, call.function()));
+  });
+  def(m, docstrings::begin_make_cage, [jobs](Object rest_positions, Object faces, Object face_sizes, int cells) {
+    return begin_job(
+        *jobs,
+        [mesh = mesh_from(rest_positions, faces, face_sizes), cells](const arap::Progress& progress) mutable {
+          return arap::make_cage(mesh_of(std::move(mesh)), cells, progress);
+        },
+        [](const arap::PolygonMesh& cage) -> py::object { return arrays_of(cage); });
+  });
+  py::class_<BoundCage> type(m, "CageDeformation", docstrings::CageDeformation);
+  def_init(type, docstrings::CageDeformation_init,
+           [](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
+              Object progress) {
              CageInput input(points, rest_positions, faces, face_sizes, options);
-             ProgressCall call(std::move(progress));
+             ProgressCall call(progress);
              const WithoutGil no_gil;
              return BoundCage::of(input.bind(call.function()));
-           }),
-           docstrings::CageDeformation_init, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
-           py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("progress") = none)
-      .def_static(
-          "begin_bind",
-          [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options) {
-            return begin_job(
-                *jobs,
-                [input = CageInput(points, rest_positions, faces, face_sizes, options)](
-                    const arap::Progress& progress) mutable { return input.bind(progress); },
-                [](std::shared_ptr<const Native> native) { return py::cast(BoundCage::of(std::move(native))); });
-          },
-          docstrings::CageDeformation_begin_bind, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
-          py::arg("face_sizes") = none, py::arg("options") = none)
-      .def("deform", &BoundCage::deform, docstrings::CageDeformation_deform, py::arg("cage_positions"), py::kw_only(),
-           py::arg("out") = none)
-      .def("fit", &BoundCage::fit, docstrings::CageDeformation_fit, py::arg("positions"), py::arg("smoothness") = 1e-6)
-      .def("weights", &BoundCage::weights, docstrings::CageDeformation_weights, py::arg("point"))
-      .def_property_readonly(
-          "n_points", [](const BoundCage& cage) { return cage.native().n_points(); },
-          docstrings::CageDeformation_n_points)
-      .def_property_readonly(
-          "n_vertices", [](const BoundCage& cage) { return cage.native().n_vertices(); },
-          docstrings::CageDeformation_n_vertices)
-      .def_property_readonly(
-          "n_triangles", [](const BoundCage& cage) { return cage.native().n_triangles(); },
-          docstrings::CageDeformation_n_triangles)
-      .def_property_readonly(
-          "threads", [](const BoundCage& cage) { return cage.native().threads(); }, docstrings::CageDeformation_threads)
-      .def("__repr__", &BoundCage::repr);
+           });
+  def_static(type, docstrings::CageDeformation_begin_bind,
+             [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options) {
+               return begin_job(
+                   *jobs,
+                   [input = CageInput(points, rest_positions, faces, face_sizes, options)](
+                       const arap::Progress& progress) mutable { return input.bind(progress); },
+                   [](std::shared_ptr<const CageBind> made) { return py::cast(BoundCage::of(std::move(made))); });
+             });
+  def(type, docstrings::CageDeformation_deform,
+      [](const BoundCage& cage, Object cage_positions, Object out) { return cage.deform(cage_positions, out); });
+  def(type, docstrings::CageDeformation_fit,
+      [](const BoundCage& cage, Object positions, double smoothness, Object progress) {
+        return cage.fit(positions, smoothness, progress);
+      });
+  def(type, docstrings::CageDeformation_weights, [](const BoundCage& cage, int point) { return cage.weights(point); });
+  def(type, "__repr__(self)", [](const BoundCage& cage) { return cage.repr(); });
+  def(type, "__reduce__(self)",
+      [](Object self) { return rebuilt_by(self, converted<const BoundCage&>(self, "self").arguments()); });
+  def_property(
+      type, "n_points", [](const BoundCage& cage) { return cage.native().n_points(); },
+      docstrings::CageDeformation_n_points);
+  def_property(
+      type, "n_vertices", [](const BoundCage& cage) { return cage.native().n_vertices(); },
+      docstrings::CageDeformation_n_vertices);
+  def_property(
+      type, "n_triangles", [](const BoundCage& cage) { return cage.native().n_triangles(); },
+      docstrings::CageDeformation_n_triangles);
+  def_property(
+      type, "threads", [](const BoundCage& cage) { return cage.native().threads(); },
+      docstrings::CageDeformation_threads);
 }
 
 }  // namespace arap_native

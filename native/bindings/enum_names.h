@@ -15,6 +15,7 @@
 #include "arap/options.h"
 #include "arap/poisson_editing.h"
 #include "arap/surface_arap.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -68,13 +69,14 @@ const char* name_of(Enum value, Names<Enum> names) {
 }
 
 template <typename Enum>
-Enum value_of(const std::string& wanted, const char* field, Names<Enum> names) {
+Enum value_of(const py::object& wanted, const char* field, Names<Enum> names) {
+  if (!py::isinstance<py::str>(wanted)) throw wrong_type(field, wanted, "str");
   std::string valid;
   for (const auto& [name, value] : names) {
-    if (wanted == name) return value;
+    if (PyUnicode_CompareWithASCIIString(wanted.ptr(), name) == 0) return value;
     valid += std::string(valid.empty() ? "'" : ", '") + name + "'";
   }
-  throw py::value_error(std::string(field) + " = '" + wanted + "', must be one of " + valid);
+  throw py::value_error(std::string(field) + " = " + shown(wanted) + ", must be one of " + valid);
 }
 
 }  // namespace arap_native

@@ -11,6 +11,8 @@
 #include "inputs.h"
 #include "lattice_tets.h"
 #include "options.h"
+#include "progress_call.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -18,21 +20,20 @@ namespace {
 
 using Object = const py::object&;
 
-arap::Positions transferred(MeshArrays source, const arap::Positions& moved_source, MeshArrays target) {
+arap::Positions transferred(MeshArrays source, const arap::Positions& moved_source, MeshArrays target,
+                            const py::object& progress) {
+  ProgressCall call(progress);
   const WithoutGil no_gil;
-  return arap::transfer_cage(mesh_of(std::move(source)), moved_source, mesh_of(std::move(target)));
+  return arap::transfer_cage(mesh_of(std::move(source)), moved_source, mesh_of(std::move(target)), call.function());
 }
 
 void bind_transfer(py::module_& m) {
-  m.def(
-      "transfer_cage",
-      [](Object source, Object moved_source, Object target) {
-        MeshArrays from = mesh_from_tuple(source, "source");
-        const arap::Positions moved =
-            positions_from(moved_source, "moved_source", from.positions.rows(), "one row per vertex of the source");
-        return to_array(transferred(std::move(from), moved, mesh_from_tuple(target, "target")));
-      },
-      docstrings::transfer_cage, py::arg("source"), py::arg("moved_source"), py::arg("target"));
+  def(m, docstrings::transfer_cage, [](Object source, Object moved_source, Object target, Object progress) {
+    MeshArrays from = mesh_from_tuple(source, "source");
+    const arap::Positions moved =
+        positions_from(moved_source, "moved_source", from.positions.rows(), "one row per vertex of the source");
+    return to_array(transferred(std::move(from), moved, mesh_from_tuple(target, "target"), progress));
+  });
 }
 
 }  // namespace

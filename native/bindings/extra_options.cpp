@@ -24,9 +24,7 @@ void bind_embedded_options(py::module_& m) {
   def_field(type, "constraint_weight", &EmbeddedOptions::constraint_weight,
             docstrings::EmbeddedOptions_constraint_weight);
   def_field(type, "threads", &EmbeddedOptions::threads, docstrings::EmbeddedOptions_threads);
-  def_construction(type, docstrings::EmbeddedOptions_init,
-                   {"node_distance", "nodes", "weights", "rotation_weight", "regularization_weight",
-                    "constraint_weight", "threads"});
+  def_construction(type, docstrings::EmbeddedOptions_init);
 }
 
 void bind_poisson_options(py::module_& m) {
@@ -35,14 +33,14 @@ void bind_poisson_options(py::module_& m) {
   def_enum<PoissonOptions, arap::Propagation>(type, "propagation", &PoissonOptions::propagation, kPropagations,
                                               docstrings::PoissonOptions_propagation);
   def_field(type, "threads", &PoissonOptions::threads, docstrings::PoissonOptions_threads);
-  def_construction(type, docstrings::PoissonOptions_init, {"propagation", "threads"});
+  def_construction(type, docstrings::PoissonOptions_init);
 }
 
 void bind_tet_options(py::module_& m) {
   using arap::TetOptions;
   py::class_<TetOptions> type(m, "TetOptions", docstrings::TetOptions);
   def_field(type, "threads", &TetOptions::threads, docstrings::TetOptions_threads);
-  def_construction(type, docstrings::TetOptions_init, {"threads"});
+  def_construction(type, docstrings::TetOptions_init);
 }
 
 void bind_cage_arap_options(py::module_& m) {
@@ -55,8 +53,7 @@ void bind_cage_arap_options(py::module_& m) {
   def_field(type, "grid_spacing", &CageArapOptions::grid_spacing, docstrings::CageArapOptions_grid_spacing);
   def_field(type, "rigidity_radius", &CageArapOptions::rigidity_radius, docstrings::CageArapOptions_rigidity_radius);
   def_field(type, "threads", &CageArapOptions::threads, docstrings::CageArapOptions_threads);
-  def_construction(type, docstrings::CageArapOptions_init,
-                   {"energy", "coordinates", "grid_spacing", "rigidity_radius", "threads"});
+  def_construction(type, docstrings::CageArapOptions_init);
 }
 
 }  // namespace arap_native

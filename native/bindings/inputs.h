@@ -55,12 +55,7 @@ using ArraysOf = std::conditional_t<std::is_same_v<Mesh, arap::TetMesh>, TetArra
 
 arap::VertexProperties properties_from(const py::object& stiffness, const py::object& rigid_regions, const Extent& n);
 
-/// Whether its vertices may have properties.
-template <typename Native>
-constexpr bool kTakesProperties = std::is_constructible_v<Native, typename ClassOf<Native>::Mesh,
-                                                          typename ClassOf<Native>::Options, arap::VertexProperties>;
-
-/// What a model is bound to.
+/// What a model is bound to, copied from arrays.
 template <typename Native>
 struct BindInput {
   using Options = typename ClassOf<Native>::Options;
@@ -75,13 +70,8 @@ struct BindInput {
         options(given != nullptr ? *given : Options{}),
         properties(properties_from(stiffness, rigid_regions, mesh.positions.rows())) {}
 
-  /// Binds, once: takes the arrays. Needs no GIL.
-  std::shared_ptr<ModelOf<Native>> bind(const arap::Progress& progress) {
-    if constexpr (kTakesProperties<Native>)
-      return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, properties, progress));
-    else
-      return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, progress));
-  }
+  /// Once: takes the arrays. Needs no GIL.
+  Source<Native> source() { return {mesh_of(std::move(mesh)), options, std::move(properties)}; }
 };
 
 /// A mesh and its cage.
@@ -104,11 +94,17 @@ struct BindInput<arap::CageArap> {
       : arrays(std::move(given_arrays)), options(given != nullptr ? *given : Options{}) {}
 
   /// As that of the others.
-  std::shared_ptr<ModelOf<arap::CageArap>> bind(const arap::Progress& progress) {
-    return std::make_shared<ModelOf<arap::CageArap>>(
-        arap::CageArap(mesh_of(std::move(arrays.mesh)), mesh_of(std::move(arrays.cage)), options, progress));
+  Source<arap::CageArap> source() {
+    return {mesh_of(std::move(arrays.mesh)), mesh_of(std::move(arrays.cage)), options};
   }
 };
+
+/// Binds, once: takes the arrays. Needs no GIL.
+template <typename Native>
+std::shared_ptr<ModelOf<Native>> bind(BindInput<Native>& input, const arap::Progress& progress) {
+  const auto source = std::make_shared<const Source<Native>>(input.source());
+  return std::make_shared<ModelOf<Native>>(source, source->bound(progress));
+}
 
 std::vector<arap::Segment> segments_from(const py::object& object);
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "docstrings.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -68,14 +69,15 @@ std::string JobHandle::repr() const {
 }
 
 void bind_job(py::module_& m) {
-  py::class_<JobHandle>(m, "Job", docstrings::Job)
-      .def_property_readonly("fraction", &JobHandle::fraction, docstrings::Job_fraction)
-      .def_property_readonly("is_done", &JobHandle::is_done, docstrings::Job_is_done)
-      .def("cancel", &JobHandle::cancel, docstrings::Job_cancel)
-      .def("wait", &JobHandle::wait, docstrings::Job_wait,
-           py::arg("timeout_s") = std::numeric_limits<double>::infinity())
-      .def("result", &JobHandle::result, docstrings::Job_result)
-      .def("__repr__", &JobHandle::repr);
+  py::class_<JobHandle> type(m, "Job", docstrings::Job);
+  def_property(
+      type, "fraction", [](const JobHandle& job) { return job.fraction(); }, docstrings::Job_fraction);
+  def_property(
+      type, "is_done", [](const JobHandle& job) { return job.is_done(); }, docstrings::Job_is_done);
+  def(type, docstrings::Job_cancel, [](JobHandle& job) { job.cancel(); });
+  def(type, docstrings::Job_wait, [](JobHandle& job, double timeout_s) { return job.wait(timeout_s); });
+  def(type, docstrings::Job_result, [](JobHandle& job) { return job.result(); });
+  def(type, "__repr__(self)", [](const JobHandle& job) { return job.repr(); });
 }
 
 }  // namespace arap_native

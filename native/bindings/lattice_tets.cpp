@@ -8,9 +8,12 @@
 
 #include "arap/lattice_tets.h"
 #include "arrays.h"
+#include "data.h"
 #include "docstrings.h"
 #include "gil.h"
 #include "inputs.h"
+#include "progress_call.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -18,15 +21,17 @@ namespace {
 
 using Object = const py::object&;
 
-/// For Python: tetrahedra, and where the surface is at rest, for its loose vertices. Nothing changes once it is made.
+/// For Python: tetrahedra, and the surface, for where its loose vertices are. Nothing changes once it is made.
 class BoundTets {
  public:
-  static std::unique_ptr<BoundTets> around(MeshArrays arrays, double cube_size) {
+  static std::unique_ptr<BoundTets> around(MeshArrays arrays, double cube_size, const py::object& progress) {
+    ProgressCall call(progress);
     const WithoutGil no_gil;
-    const arap::PolygonMesh surface = mesh_of(std::move(arrays));
+    arap::PolygonMesh surface = mesh_of(std::move(arrays));
+    arap::LatticeTets native = arap::LatticeTets::around(surface, cube_size, call.function());
     // Not make_unique: it would use the class's own new, which refuses.
     return std::unique_ptr<BoundTets>(  // NOLINT(modernize-make-unique)
-        ::new BoundTets(arap::LatticeTets::around(surface, cube_size), surface.positions()));
+        ::new BoundTets(std::move(native), std::move(surface), cube_size));
   }
 
   [[nodiscard]] const arap::LatticeTets& native() const { return native_; }
@@ -43,6 +48,13 @@ class BoundTets {
                           to_array(std::move(patches.weights)));
   }
 
+  /// What it was made of.
+  [[nodiscard]] py::dict arguments() const {
+    py::dict arguments = arguments_of(surface_);
+    arguments["cube_size"] = cube_size_;
+    return arguments;
+  }
+
   [[nodiscard]] std::string repr() const {
     return py::str("<LatticeTets: {} tetrahedra, {} vertices of the surface>")
         .format(native_.mesh.n_tets(), native_.tet_of_vertex.size());
@@ -55,11 +67,12 @@ class BoundTets {
   static void operator delete(void* bound) { ::operator delete(bound); }
 
  private:
-  BoundTets(arap::LatticeTets native, arap::Positions rest) : native_(std::move(native)), rest_(std::move(rest)) {}
+  BoundTets(arap::LatticeTets native, arap::PolygonMesh surface, double cube_size)
+      : native_(std::move(native)), surface_(std::move(surface)), cube_size_(cube_size) {}
 
   [[nodiscard]] arap::Positions embedded(const arap::Positions& of_tets) const {
     const WithoutGil no_gil;
-    arap::Positions of_surface = rest_;
+    arap::Positions of_surface = surface_.positions();
     native_.embed(of_tets, of_surface);
     return of_surface;
   }
@@ -72,33 +85,36 @@ class BoundTets {
   }
 
   arap::LatticeTets native_;
-  arap::Positions rest_;
+  arap::PolygonMesh surface_;
+  double cube_size_;
 };
 
 }  // namespace
 
 void bind_lattice_tets(py::module_& m) {
-  py::class_<BoundTets>(m, "LatticeTets", docstrings::LatticeTets)
-      .def(py::init([](Object rest_positions, Object faces, Object face_sizes, double cube_size) {
-             return BoundTets::around(mesh_from(rest_positions, faces, face_sizes), cube_size);
-           }),
-           docstrings::LatticeTets_init, py::arg("rest_positions"), py::arg("faces"),
-           py::arg("face_sizes") = py::none(), py::arg("cube_size") = 0.0)
-      .def("patches", &BoundTets::patches, docstrings::LatticeTets_patches, py::arg("vertices"))
-      .def("embed", &BoundTets::embed, docstrings::LatticeTets_embed, py::arg("of_tets"))
-      .def_property_readonly(
-          "rest_positions", [](const BoundTets& tets) { return to_array(tets.native().mesh.positions()); },
-          docstrings::LatticeTets_rest_positions)
-      .def_property_readonly(
-          "tets", [](const BoundTets& tets) { return to_array(tets.native().mesh.tets()); },
-          docstrings::LatticeTets_tets)
-      .def_property_readonly(
-          "tet_of_vertex", [](const BoundTets& tets) { return to_array(tets.native().tet_of_vertex); },
-          docstrings::LatticeTets_tet_of_vertex)
-      .def_property_readonly(
-          "coordinates", [](const BoundTets& tets) { return to_array(tets.native().coordinates); },
-          docstrings::LatticeTets_coordinates)
-      .def("__repr__", &BoundTets::repr);
+  py::class_<BoundTets> type(m, "LatticeTets", docstrings::LatticeTets);
+  def_init(type, docstrings::LatticeTets_init,
+           [](Object rest_positions, Object faces, Object face_sizes, double cube_size, Object progress) {
+             return BoundTets::around(mesh_from(rest_positions, faces, face_sizes), cube_size, progress);
+           });
+  def(type, docstrings::LatticeTets_patches,
+      [](const BoundTets& tets, Object vertices) { return tets.patches(vertices); });
+  def(type, docstrings::LatticeTets_embed, [](const BoundTets& tets, Object of_tets) { return tets.embed(of_tets); });
+  def(type, "__repr__(self)", [](const BoundTets& tets) { return tets.repr(); });
+  def(type, "__reduce__(self)",
+      [](Object self) { return rebuilt_by(self, converted<const BoundTets&>(self, "self").arguments()); });
+  def_property(
+      type, "rest_positions", [](const BoundTets& tets) { return to_array(tets.native().mesh.positions()); },
+      docstrings::LatticeTets_rest_positions);
+  def_property(
+      type, "tets", [](const BoundTets& tets) { return to_array(tets.native().mesh.tets()); },
+      docstrings::LatticeTets_tets);
+  def_property(
+      type, "tet_of_vertex", [](const BoundTets& tets) { return to_array(tets.native().tet_of_vertex); },
+      docstrings::LatticeTets_tet_of_vertex);
+  def_property(
+      type, "coordinates", [](const BoundTets& tets) { return to_array(tets.native().coordinates); },
+      docstrings::LatticeTets_coordinates);
 }
 
 }  // namespace arap_native

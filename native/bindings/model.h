@@ -2,10 +2,12 @@
 #pragma once
 
 #include <atomic>
+#include <future>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "arap/poisson_editing.h"
 #include "arap/surface_arap.h"
 #include "arap/tet_arap.h"
+#include "arap/vertex_properties.h"
 
 namespace arap_native {
 
@@ -58,6 +61,46 @@ struct ClassOf<arap::TetArap> {
   static constexpr const char* kName = "TetArap";
 };
 
+/// Whether the vertices of its mesh may have properties.
+template <typename Native>
+constexpr bool kTakesProperties = std::is_constructible_v<Native, typename ClassOf<Native>::Mesh,
+                                                          typename ClassOf<Native>::Options, arap::VertexProperties>;
+
+/// What a model is bound to. The model keeps it, to be pickled.
+template <typename Native>
+struct Source {
+  typename ClassOf<Native>::Mesh mesh;
+  typename ClassOf<Native>::Options options;
+  arap::VertexProperties properties;
+
+  [[nodiscard]] Native bound(const arap::Progress& progress) const {
+    if constexpr (kTakesProperties<Native>)
+      return Native(mesh, options, properties, progress);
+    else
+      return Native(mesh, options, progress);
+  }
+};
+template <>
+struct Source<arap::CageArap> {
+  arap::PolygonMesh mesh;
+  arap::PolygonMesh cage;
+  arap::CageArapOptions options;
+
+  [[nodiscard]] arap::CageArap bound(const arap::Progress& progress) const { return {mesh, cage, options, progress}; }
+};
+
+/// How many parts a model would have with its seams joined, found when somebody asks: in a large mesh it takes a while.
+template <typename Native>
+std::shared_future<int> count_joined_parts(std::shared_ptr<const Source<Native>> source, const Native& model) {
+  return std::async(std::launch::deferred,
+                    [source = std::move(source), n_parts = model.n_parts(), threads = model.threads()] {
+                      if constexpr (requires { source->options.join_seams; })
+                        if (source->options.join_seams) return n_parts;
+                      return source->mesh.n_parts_joined(threads);
+                    })
+      .share();
+}
+
 /// A bound model of any class, and whether it is at work.
 class Model {
  public:
@@ -82,21 +125,28 @@ class Model {
   [[nodiscard]] virtual const std::vector<int>& loose_vertices() const = 0;
   [[nodiscard]] virtual const char* class_name() const = 0;
 
+  arap::ConstraintSet constraints;  ///< the current ones; of no targets: there are none
+  std::shared_future<int> n_parts_joined;
   std::atomic<int> n_targets = 0;
+  std::atomic<int> n_parts_at_rest = 0;
   std::atomic<bool> is_busy = false;
 
  protected:
-  Model() = default;
+  explicit Model(std::shared_future<int> parts_joined) : n_parts_joined(std::move(parts_joined)) {}
 };
 
 template <typename Native>
 class ModelOf final : public Model {
  public:
-  explicit ModelOf(Native bound) : native(std::move(bound)) {}
+  ModelOf(const std::shared_ptr<const Source<Native>>& from, Native bound)
+      : Model(count_joined_parts(from, bound)), source(from), native(std::move(bound)) {}
 
   void set_constraints(const arap::ConstraintSet& set, const arap::Progress& progress) override {
+    arap::ConstraintSet copy = set;
     native.set_constraints(set, progress);
+    constraints = std::move(copy);
     n_targets = set.n_targets();
+    n_parts_at_rest = native.n_parts_at_rest();
   }
   arap::SolveResult solve(const arap::Positions& targets, const arap::SolveOptions& options,
                           std::span<const arap::Matrix3> rotations, const arap::Progress& progress,
@@ -114,6 +164,7 @@ class ModelOf final : public Model {
   [[nodiscard]] const std::vector<int>& loose_vertices() const override { return native.loose_vertices(); }
   [[nodiscard]] const char* class_name() const override { return ClassOf<Native>::kName; }
 
+  std::shared_ptr<const Source<Native>> source;
   Native native;
 };
 

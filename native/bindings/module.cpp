@@ -18,7 +18,9 @@
 #include "inputs.h"
 #include "job_handle.h"
 #include "options.h"
+#include "progress_call.h"
 #include "result.h"
+#include "signature.h"
 #include "wrap_deformation.h"
 
 namespace arap_native {
@@ -35,6 +37,13 @@ void tell_no_memory(std::exception_ptr failure) {  // NOLINT(performance-unneces
     PyErr_SetString(PyExc_MemoryError,
                     "there is not enough memory for this mesh; close other programs or take a coarser mesh");
   }
+}
+
+std::vector<int> places_of(MeshArrays mesh, const py::object& progress) {
+  constexpr int kThreads = 1;
+  ProgressCall call(progress);
+  const WithoutGil no_gil;
+  return mesh_of(std::move(mesh)).same_places(kThreads, call.function());
 }
 
 }  // namespace
@@ -69,18 +78,11 @@ PYBIND11_MODULE(_native, m) {
   m.attr("has_extra_models") = false;
 #endif
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
-  m.def(
-      "same_places",
-      [](const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
-        MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
-        std::vector<int> places;
-        {
-          const WithoutGil no_gil;
-          places = mesh_of(std::move(mesh)).same_places();
-        }
-        return to_array(std::move(places));
-      },
-      docstrings::same_places, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none());
+  def(m, docstrings::same_places,
+      [](const py::object& rest_positions, const py::object& faces, const py::object& face_sizes,
+         const py::object& progress) {
+        return to_array(places_of(mesh_from(rest_positions, faces, face_sizes), progress));
+      });
   // The public place, in messages and help(): the package, not this file.
   for (const char* name :
        {"CageDeformation", "CageOptions", "Cancelled", "Job", "LatticeArap", "LatticeOptions", "Model", "Options",

@@ -18,7 +18,7 @@ void bind_options(py::module_& m) {
   def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
   def_field(type, "threads", &Options::threads, docstrings::Options_threads);
   def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
-  def_construction(type, docstrings::Options_init, {"energy", "rigidity_radius", "weights", "threads", "join_seams"});
+  def_construction(type, docstrings::Options_init);
 }
 
 void bind_lattice_options(py::module_& m) {
@@ -28,7 +28,7 @@ void bind_lattice_options(py::module_& m) {
   def_field(type, "keep_volume", &LatticeOptions::keep_volume, docstrings::LatticeOptions_keep_volume);
   def_field(type, "threads", &LatticeOptions::threads, docstrings::LatticeOptions_threads);
   def_field(type, "join_seams", &LatticeOptions::join_seams, docstrings::LatticeOptions_join_seams);
-  def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "keep_volume", "threads", "join_seams"});
+  def_construction(type, docstrings::LatticeOptions_init);
 }
 
 void bind_cage_options(py::module_& m) {
@@ -38,7 +38,7 @@ void bind_cage_options(py::module_& m) {
                                                docstrings::CageOptions_coordinates);
   def_field(type, "grid_spacing", &CageOptions::grid_spacing, docstrings::CageOptions_grid_spacing);
   def_field(type, "threads", &CageOptions::threads, docstrings::CageOptions_threads);
-  def_construction(type, docstrings::CageOptions_init, {"coordinates", "grid_spacing", "threads"});
+  def_construction(type, docstrings::CageOptions_init);
 }
 
 void bind_wrap_options(py::module_& m) {
@@ -47,7 +47,7 @@ void bind_wrap_options(py::module_& m) {
   def_field(type, "anchors", &WrapOptions::anchors, docstrings::WrapOptions_anchors);
   def_field(type, "stay_outside", &WrapOptions::stay_outside, docstrings::WrapOptions_stay_outside);
   def_field(type, "threads", &WrapOptions::threads, docstrings::WrapOptions_threads);
-  def_construction(type, docstrings::WrapOptions_init, {"anchors", "stay_outside", "threads"});
+  def_construction(type, docstrings::WrapOptions_init);
 }
 
 void bind_solve_options(py::module_& m) {
@@ -60,8 +60,7 @@ void bind_solve_options(py::module_& m) {
   def_field(type, "max_iterations", &SolveOptions::max_iterations, docstrings::SolveOptions_max_iterations);
   def_field(type, "accuracy", &SolveOptions::accuracy, docstrings::SolveOptions_accuracy);
   def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
-  def_construction(type, docstrings::SolveOptions_init,
-                   {"initial_guess", "acceleration", "max_iterations", "accuracy", "time_limit_s"});
+  def_construction(type, docstrings::SolveOptions_init);
 }
 
 }  // namespace arap_native

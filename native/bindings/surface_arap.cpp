@@ -56,14 +56,11 @@ std::unique_ptr<JobHandle> begin_patches(const Bound& model, Jobs& jobs, const p
 void bind_surface_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   auto type = bind_polygon_class<arap::SurfaceArap>(m, jobs, docstrings::SurfaceArap, docstrings::SurfaceArap_init,
                                                     docstrings::SurfaceArap_begin_bind);
-  type.def("patch_around", &patch_around, docstrings::SurfaceArap_patch_around, py::arg("vertices"),
-           py::arg("radius") = 0.0)
-      .def(
-          "begin_patches",
-          [jobs](const Bound& model, const py::object& around, const py::object& radii) {
-            return begin_patches(model, *jobs, around, radii);
-          },
-          docstrings::SurfaceArap_begin_patches, py::arg("around"), py::arg("radii"));
+  def(type, docstrings::SurfaceArap_patch_around, &patch_around);
+  def(type, docstrings::SurfaceArap_begin_patches,
+      [jobs](const Bound& model, const py::object& around, const py::object& radii) {
+        return begin_patches(model, *jobs, around, radii);
+      });
   def_energy(type, docstrings::SurfaceArap_energy, docstrings::SurfaceArap_energy_gradient);
 }
 

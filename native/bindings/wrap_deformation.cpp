@@ -9,10 +9,12 @@
 
 #include "arap/wrap_deformation.h"
 #include "arrays.h"
+#include "data.h"
 #include "docstrings.h"
 #include "gil.h"
 #include "inputs.h"
 #include "progress_call.h"
+#include "signature.h"
 
 namespace arap_native {
 
@@ -21,6 +23,27 @@ namespace {
 using Native = arap::WrapDeformation;
 using Surface = arap::WrapSurface;
 using Object = const py::object&;
+
+/// A surface, and what it was prepared of.
+struct Prepared {
+  std::shared_ptr<const arap::PolygonMesh> mesh;
+  int threads;
+  Surface native;
+
+  Prepared(MeshArrays arrays, int requested_threads, const arap::Progress& progress)
+      : mesh(std::make_shared<const arap::PolygonMesh>(mesh_of(std::move(arrays)))),
+        threads(requested_threads),
+        native(*mesh, threads, progress) {}
+};
+
+/// Points, the mesh that they were bound to, and how they hang on it.
+struct WrapBind {
+  std::shared_ptr<const arap::PolygonMesh> mesh;
+  arap::Positions points;
+  arap::WrapOptions options;
+  std::vector<int> pieces;
+  Native native;
+};
 
 /// What is bound to a surface; copied from arrays.
 struct PointsInput {
@@ -35,45 +58,63 @@ struct PointsInput {
       pieces = vector_from<int>(piece_of_point, "piece_of_point", points.rows(), "one number per point");
   }
 
-  /// Needs no GIL.
-  template <class AnySurface>
-  [[nodiscard]] std::shared_ptr<const Native> bind(const AnySurface& surface, const arap::Progress& progress) const {
-    return std::make_shared<const Native>(surface, points, options, pieces, progress);
+  /// Once: takes the arrays, as what follows. Needs no GIL.
+  [[nodiscard]] std::shared_ptr<const WrapBind> bind(const Prepared& surface, const arap::Progress& progress) {
+    return made(surface.mesh, Native(surface.native, points, options, pieces, progress));
+  }
+  [[nodiscard]] std::shared_ptr<const WrapBind> bind(MeshArrays surface, const arap::Progress& progress) {
+    const auto mesh = std::make_shared<const arap::PolygonMesh>(mesh_of(std::move(surface)));
+    return made(mesh, Native(*mesh, points, options, pieces, progress));
+  }
+
+ private:
+  [[nodiscard]] std::shared_ptr<const WrapBind> made(std::shared_ptr<const arap::PolygonMesh> mesh, Native native) {
+    return std::make_shared<const WrapBind>(
+        WrapBind{std::move(mesh), std::move(points), options, std::move(pieces), std::move(native)});
   }
 };
 
 /// For Python. Nothing changes after the bind, so several threads may use it at once.
 class BoundWrap {
  public:
-  static std::unique_ptr<BoundWrap> of(std::shared_ptr<const Native> native) {
+  static std::unique_ptr<BoundWrap> of(std::shared_ptr<const WrapBind> made) {
     // Not make_unique: it would use the class's own new, which refuses.
-    return std::unique_ptr<BoundWrap>(::new BoundWrap(std::move(native)));  // NOLINT(modernize-make-unique)
+    return std::unique_ptr<BoundWrap>(::new BoundWrap(std::move(made)));  // NOLINT(modernize-make-unique)
   }
 
-  [[nodiscard]] const Native& native() const { return *native_; }
+  [[nodiscard]] const Native& native() const { return bind_->native; }
+
+  /// What it was made of.
+  [[nodiscard]] py::dict arguments() const {
+    py::dict arguments = arguments_of(*bind_->mesh);
+    arguments["points"] = to_array(bind_->points);
+    arguments["options"] = bind_->options;
+    if (!bind_->pieces.empty()) arguments["piece_of_point"] = to_array(bind_->pieces);
+    return arguments;
+  }
 
   [[nodiscard]] py::object deform(Object surface_positions, Object out) const {
-    const std::span<float> numbers = out_from(out, native_->n_points(), "one row per point");
-    const auto singles = singles_of(surface_positions, native_->n_vertices());
+    const std::span<float> numbers = out_from(out, native().n_points(), "one row per point");
+    const auto singles = singles_of(surface_positions, native().n_vertices());
     if (singles && !out.is_none()) {
       const WithoutGil no_gil;
-      native_->deform(*singles, numbers);
+      native().deform(*singles, numbers);
       return out;
     }
-    const arap::Positions moved = positions_from(surface_positions, "surface_positions", native_->n_vertices(),
+    const arap::Positions moved = positions_from(surface_positions, "surface_positions", native().n_vertices(),
                                                  "one row per vertex of the surface");
     if (out.is_none()) return to_array(posed(moved));
     {
       const WithoutGil no_gil;
-      native_->deform(moved, numbers);
+      native().deform(moved, numbers);
     }
     return out;
   }
 
   [[nodiscard]] std::string repr() const {
-    const int threads = native_->threads();
+    const int threads = native().threads();
     return py::str("<WrapDeformation: {} points, {} vertices of the surface, {} {}>")
-        .format(native_->n_points(), native_->n_vertices(), threads, threads == 1 ? "thread" : "threads");
+        .format(native().n_points(), native().n_vertices(), threads, threads == 1 ? "thread" : "threads");
   }
 
   /// As that of BoundModel.
@@ -83,27 +124,36 @@ class BoundWrap {
   static void operator delete(void* bound) { ::operator delete(bound); }
 
  private:
-  explicit BoundWrap(std::shared_ptr<const Native> native) : native_(std::move(native)) {}
+  explicit BoundWrap(std::shared_ptr<const WrapBind> made) : bind_(std::move(made)) {}
 
   [[nodiscard]] arap::Positions posed(const arap::Positions& moved) const {
     const WithoutGil no_gil;
-    return native_->deform(moved);
+    return native().deform(moved);
   }
 
-  std::shared_ptr<const Native> native_;
+  std::shared_ptr<const WrapBind> bind_;
 };
 
 /// For Python, as BoundWrap.
 class PreparedSurface {
  public:
-  static std::unique_ptr<PreparedSurface> of(std::shared_ptr<const Surface> native) {
-    return std::unique_ptr<PreparedSurface>(::new PreparedSurface(std::move(native)));  // NOLINT(modernize-make-unique)
+  static std::unique_ptr<PreparedSurface> of(std::shared_ptr<const Prepared> prepared) {
+    return std::unique_ptr<PreparedSurface>(  // NOLINT(modernize-make-unique)
+        ::new PreparedSurface(std::move(prepared)));
   }
 
   /// A bind holds it, whatever becomes of this object.
-  [[nodiscard]] const std::shared_ptr<const Surface>& native() const { return native_; }
+  [[nodiscard]] const std::shared_ptr<const Prepared>& prepared() const { return prepared_; }
+  [[nodiscard]] int n_vertices() const { return prepared_->native.n_vertices(); }
 
-  [[nodiscard]] std::string repr() const { return py::str("<WrapSurface: {} vertices>").format(native_->n_vertices()); }
+  /// What it was made of.
+  [[nodiscard]] py::dict arguments() const {
+    py::dict arguments = arguments_of(*prepared_->mesh);
+    arguments["threads"] = prepared_->threads;
+    return arguments;
+  }
+
+  [[nodiscard]] std::string repr() const { return py::str("<WrapSurface: {} vertices>").format(n_vertices()); }
 
   /// As that of BoundModel.
   static void* operator new(size_t) {
@@ -112,111 +162,101 @@ class PreparedSurface {
   static void operator delete(void* prepared) { ::operator delete(prepared); }
 
  private:
-  explicit PreparedSurface(std::shared_ptr<const Surface> native) : native_(std::move(native)) {}
+  explicit PreparedSurface(std::shared_ptr<const Prepared> prepared) : prepared_(std::move(prepared)) {}
 
-  std::shared_ptr<const Surface> native_;
+  std::shared_ptr<const Prepared> prepared_;
 };
 
 void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
-  const py::object none = py::none();
   using Options = arap::WrapOptions;
-  py::class_<PreparedSurface>(m, "WrapSurface", docstrings::WrapSurface)
-      .def(py::init([](Object rest_positions, Object faces, Object face_sizes, int threads, py::object progress) {
+  py::class_<PreparedSurface> type(m, "WrapSurface", docstrings::WrapSurface);
+  def_init(type, docstrings::WrapSurface_init,
+           [](Object rest_positions, Object faces, Object face_sizes, int threads, Object progress) {
              MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
-             ProgressCall call(std::move(progress));
+             ProgressCall call(progress);
              const WithoutGil no_gil;
-             return PreparedSurface::of(
-                 std::make_shared<const Surface>(mesh_of(std::move(mesh)), threads, call.function()));
-           }),
-           docstrings::WrapSurface_init, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = none,
-           py::kw_only(), py::arg("threads") = 0, py::arg("progress") = none)
-      .def_static(
-          "begin_prepare",
-          [jobs](Object rest_positions, Object faces, Object face_sizes, int threads) {
-            return begin_job(
-                *jobs,
-                [mesh = mesh_from(rest_positions, faces, face_sizes), threads](const arap::Progress& progress) mutable {
-                  return std::make_shared<const Surface>(mesh_of(std::move(mesh)), threads, progress);
-                },
-                [](std::shared_ptr<const Surface> native) { return py::cast(PreparedSurface::of(std::move(native))); });
-          },
-          docstrings::WrapSurface_begin_prepare, py::arg("rest_positions"), py::arg("faces"),
-          py::arg("face_sizes") = none, py::kw_only(), py::arg("threads") = 0)
-      .def(
-          "bind",
-          [](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point,
-             py::object progress) {
-            const PointsInput input(points, options, piece_of_point);
-            const Surface& native = *surface.native();
-            ProgressCall call(std::move(progress));
-            const WithoutGil no_gil;
-            return BoundWrap::of(input.bind(native, call.function()));
-          },
-          docstrings::WrapSurface_bind, py::arg("points"), py::arg("options") = none, py::kw_only(),
-          py::arg("piece_of_point") = none, py::arg("progress") = none)
-      .def(
-          "begin_bind",
-          [jobs](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point) {
-            return begin_job(
-                *jobs,
-                [native = surface.native(), input = PointsInput(points, options, piece_of_point)](
-                    const arap::Progress& progress) { return input.bind(*native, progress); },
-                [](std::shared_ptr<const Native> native) { return py::cast(BoundWrap::of(std::move(native))); });
-          },
-          docstrings::WrapSurface_begin_bind, py::arg("points"), py::arg("options") = none, py::kw_only(),
-          py::arg("piece_of_point") = none)
-      .def_property_readonly(
-          "n_vertices", [](const PreparedSurface& surface) { return surface.native()->n_vertices(); },
-          docstrings::WrapSurface_n_vertices)
-      .def("__repr__", &PreparedSurface::repr);
+             return PreparedSurface::of(std::make_shared<const Prepared>(std::move(mesh), threads, call.function()));
+           });
+  def_static(
+      type, docstrings::WrapSurface_begin_prepare,
+      [jobs](Object rest_positions, Object faces, Object face_sizes, int threads) {
+        return begin_job(
+            *jobs,
+            [mesh = mesh_from(rest_positions, faces, face_sizes), threads](const arap::Progress& progress) mutable {
+              return std::make_shared<const Prepared>(std::move(mesh), threads, progress);
+            },
+            [](std::shared_ptr<const Prepared> prepared) {
+              return py::cast(PreparedSurface::of(std::move(prepared)));
+            });
+      });
+  def(type, docstrings::WrapSurface_bind,
+      [](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point,
+         Object progress) {
+        PointsInput input(points, options, piece_of_point);
+        const auto prepared = surface.prepared();
+        ProgressCall call(progress);
+        const WithoutGil no_gil;
+        return BoundWrap::of(input.bind(*prepared, call.function()));
+      });
+  def(type, docstrings::WrapSurface_begin_bind,
+      [jobs](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point) {
+        return begin_job(
+            *jobs,
+            [prepared = surface.prepared(), input = PointsInput(points, options, piece_of_point)](
+                const arap::Progress& progress) mutable { return input.bind(*prepared, progress); },
+            [](std::shared_ptr<const WrapBind> made) { return py::cast(BoundWrap::of(std::move(made))); });
+      });
+  def(type, "__repr__(self)", [](const PreparedSurface& surface) { return surface.repr(); });
+  def(type, "__reduce__(self)",
+      [](Object self) { return rebuilt_by(self, converted<const PreparedSurface&>(self, "self").arguments()); });
+  def_property(
+      type, "n_vertices", [](const PreparedSurface& surface) { return surface.n_vertices(); },
+      docstrings::WrapSurface_n_vertices);
 }
 
 }  // namespace
 
 void bind_wrap_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   bind_wrap_surface(m, jobs);
-  const py::object none = py::none();
   using Options = arap::WrapOptions;
-  py::class_<BoundWrap>(m, "WrapDeformation", docstrings::WrapDeformation)
-      .def(py::init([](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
-                       Object piece_of_point, py::object progress) {
-             const PointsInput input(points, options, piece_of_point);
+  py::class_<BoundWrap> type(m, "WrapDeformation", docstrings::WrapDeformation);
+  def_init(type, docstrings::WrapDeformation_init,
+           [](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
+              Object piece_of_point, Object progress) {
+             PointsInput input(points, options, piece_of_point);
              MeshArrays surface = mesh_from(rest_positions, faces, face_sizes);
-             ProgressCall call(std::move(progress));
+             ProgressCall call(progress);
              const WithoutGil no_gil;
-             return BoundWrap::of(input.bind(mesh_of(std::move(surface)), call.function()));
-           }),
-           docstrings::WrapDeformation_init, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
-           py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("piece_of_point") = none,
-           py::arg("progress") = none)
-      .def_static(
-          "begin_bind",
-          [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
-                 Object piece_of_point) {
-            return begin_job(
-                *jobs,
-                [input = PointsInput(points, options, piece_of_point),
-                 surface = mesh_from(rest_positions, faces, face_sizes)](const arap::Progress& progress) mutable {
-                  return input.bind(mesh_of(std::move(surface)), progress);
-                },
-                [](std::shared_ptr<const Native> native) { return py::cast(BoundWrap::of(std::move(native))); });
-          },
-          docstrings::WrapDeformation_begin_bind, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
-          py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("piece_of_point") = none)
-      .def("deform", &BoundWrap::deform, docstrings::WrapDeformation_deform, py::arg("surface_positions"),
-           py::kw_only(), py::arg("out") = none)
-      .def_property_readonly(
-          "n_points", [](const BoundWrap& wrap) { return wrap.native().n_points(); },
-          docstrings::WrapDeformation_n_points)
-      .def_property_readonly(
-          "n_vertices", [](const BoundWrap& wrap) { return wrap.native().n_vertices(); },
-          docstrings::WrapDeformation_n_vertices)
-      .def_property_readonly(
-          "n_pieces", [](const BoundWrap& wrap) { return wrap.native().n_pieces(); },
-          docstrings::WrapDeformation_n_pieces)
-      .def_property_readonly(
-          "threads", [](const BoundWrap& wrap) { return wrap.native().threads(); }, docstrings::WrapDeformation_threads)
-      .def("__repr__", &BoundWrap::repr);
+             return BoundWrap::of(input.bind(std::move(surface), call.function()));
+           });
+  def_static(type, docstrings::WrapDeformation_begin_bind,
+             [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
+                    Object piece_of_point) {
+               return begin_job(
+                   *jobs,
+                   [input = PointsInput(points, options, piece_of_point),
+                    surface = mesh_from(rest_positions, faces, face_sizes)](const arap::Progress& progress) mutable {
+                     return input.bind(std::move(surface), progress);
+                   },
+                   [](std::shared_ptr<const WrapBind> made) { return py::cast(BoundWrap::of(std::move(made))); });
+             });
+  def(type, docstrings::WrapDeformation_deform,
+      [](const BoundWrap& wrap, Object surface_positions, Object out) { return wrap.deform(surface_positions, out); });
+  def(type, "__repr__(self)", [](const BoundWrap& wrap) { return wrap.repr(); });
+  def(type, "__reduce__(self)",
+      [](Object self) { return rebuilt_by(self, converted<const BoundWrap&>(self, "self").arguments()); });
+  def_property(
+      type, "n_points", [](const BoundWrap& wrap) { return wrap.native().n_points(); },
+      docstrings::WrapDeformation_n_points);
+  def_property(
+      type, "n_vertices", [](const BoundWrap& wrap) { return wrap.native().n_vertices(); },
+      docstrings::WrapDeformation_n_vertices);
+  def_property(
+      type, "n_pieces", [](const BoundWrap& wrap) { return wrap.native().n_pieces(); },
+      docstrings::WrapDeformation_n_pieces);
+  def_property(
+      type, "threads", [](const BoundWrap& wrap) { return wrap.native().threads(); },
+      docstrings::WrapDeformation_threads);
 }
 
 }  // namespace arap_native

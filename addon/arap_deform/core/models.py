@@ -47,7 +47,7 @@ def begin_bind(native: Any, inputs: ModelInput) -> arap_native.Job[Model]:
         np.ascontiguousarray(mesh.rest_positions, dtype=np.float64),
         np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
         np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
-        options,
+        options=options,
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
     )

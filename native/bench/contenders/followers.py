@@ -35,7 +35,11 @@ Carry = Callable[[Floats], Floats]
 
 def wrap(task: Carried, *, stay_outside: bool = True) -> Carry:
     bound = arap_native.WrapDeformation(
-        task.follower, task.body, task.body_corners, task.body_sizes, arap_native.WrapOptions(stay_outside=stay_outside)
+        task.follower,
+        task.body,
+        task.body_corners,
+        task.body_sizes,
+        options=arap_native.WrapOptions(stay_outside=stay_outside),
     )
     out = np.empty(task.follower.shape, dtype=np.float32)
     return lambda shape: bound.deform(shape, out=out)

@@ -57,20 +57,24 @@ def arrays(task: PosedTask) -> tuple[Any, Any, Any]:
 
 
 def surface(energy: Any) -> Bind:
-    return lambda task: arap_native.SurfaceArap(*arrays(task), arap_native.Options(energy=energy))
+    return lambda task: arap_native.SurfaceArap(*arrays(task), options=arap_native.Options(energy=energy))
 
 
 def solid(keep_volume: float) -> Bind:
-    return lambda task: arap_native.LatticeArap(*arrays(task), arap_native.LatticeOptions(keep_volume=keep_volume))
+    return lambda task: arap_native.LatticeArap(
+        *arrays(task), options=arap_native.LatticeOptions(keep_volume=keep_volume)
+    )
 
 
 def poisson(propagation: Any) -> Bind:
-    return lambda task: arap_native.PoissonEditing(*arrays(task), arap_native.PoissonOptions(propagation=propagation))
+    return lambda task: arap_native.PoissonEditing(
+        *arrays(task), options=arap_native.PoissonOptions(propagation=propagation)
+    )
 
 
 def graph(nodes: Any, weights: Any = "smooth") -> Bind:
     return lambda task: arap_native.EmbeddedDeformation(
-        *arrays(task), arap_native.EmbeddedOptions(nodes=nodes, weights=weights)
+        *arrays(task), options=arap_native.EmbeddedOptions(nodes=nodes, weights=weights)
     )
 
 

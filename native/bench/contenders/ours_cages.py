@@ -24,7 +24,7 @@ class CageByHandles:
         self._carried_vertices = np.unique(task.corner_vertices)
         options = arap_native.CageOptions(coordinates=coordinates)
         points = task.positions[self._carried_vertices]
-        self._carried = arap_native.CageDeformation(points, *self._cage.arrays, options)
+        self._carried = arap_native.CageDeformation(points, *self._cage.arrays, options=options)
 
     def pose(self, step: int) -> None:
         self._positions[self._carried_vertices] = self._carried.deform(self._cage.pose(step))
@@ -40,7 +40,7 @@ def cage(coordinates: str) -> Make:
 def cage_arap(energy: Any) -> Make:
     def bind(task: PosedTask) -> arap_native.Model:
         around = arap_native.make_cage(*arrays(task))
-        return arap_native.CageArap(*arrays(task), arap_native.CageArapOptions(energy=energy), cage=around)
+        return arap_native.CageArap(*arrays(task), options=arap_native.CageArapOptions(energy=energy), cage=around)
 
     return posed(bind, PIN, HANDLE, CAGE)
 

@@ -32,7 +32,7 @@ class Peer:
     def bind(self) -> None:
         self._model = None
         mesh = self._mesh
-        model = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, self._options)
+        model = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options=self._options)
         model.set_constraints(self._task.vertices, np.ones(len(self._task.vertices)))
         self._model = model
 

@@ -9,22 +9,43 @@ All models have three acts with three costs, those of the class Model:
     result = model.solve(targets)  # where these go: result.positions; again for each motion of the handles
 
 SurfaceArap, LatticeArap, PoissonEditing and EmbeddedDeformation take polygons, CageArap also a cage around them,
-TetArap tetrahedra, as LatticeTets makes them. Only CageDeformation is no Model: all vertices of a cage are given, and
-nothing is left to solve.
+TetArap tetrahedra, as LatticeTets makes them. CageDeformation and WrapDeformation are no Model: they carry points with
+a cage or a surface that is given whole, and nothing is left to solve.
 
 Arrays are given in any dtype, byte order and memory order, or as lists. Numbers are read as float64, integers (never
 floats or booleans) as int32, which they must fit; arrays that are so already, in C order, are read fastest. All are
 copied, but ``out``, which is written to. Results are float64 and int32. What cannot be read raises ValueError that
 states the expected and the given dtype or shape; what is no array at all TypeError. Solver failures raise RuntimeError.
+Options are given by name.
 
-Every long call releases the GIL and takes ``progress``, called with the fraction done in [0, 1]; it stops the call by
-returning False. What it raises, and Ctrl-C, ends the call too. A call that was stopped has changed nothing.
+Every long call releases the GIL and takes ``progress``, called with the fraction done, from 0 up to 1 at its end; it
+stops the call by returning False. What it raises, and Ctrl-C, ends the call too. A call that was stopped has changed
+nothing.
 
 The methods begin_...() do the same in a thread of the module's own, which never takes the GIL, and return a Job at
 once. Whoever draws a window looks at it now and then.
 
 Different objects may work in different threads at once. One object serves one call or job at a time: a second one, from
-another thread or from the first one's ``progress``, raises RuntimeError.
+another thread or from the first one's ``progress``, raises RuntimeError. Another number of threads adds in another
+order: poses then differ by their rounding, up to 1e-6 of the size.
+
+Options and results are data: they are compared by ==, copied and pickled. So are models, LatticeTets, CageDeformation,
+WrapSurface and WrapDeformation, but for ==: what they were made of is pickled, with the constraints and positions of a
+model, and bound again where it is unpickled. That takes as long as the first time, also in copies.
+
+References:
+    [SA07] Sorkine, Alexa: As-Rigid-As-Possible Surface Modeling, SGP 2007.
+    [CPSS10] Chao, Pinkall, Sanan, Schroeder: A Simple Geometric Model for Elastic Deformations, SIGGRAPH 2010.
+    [SSP07] Sumner, Schmid, Pauly: Embedded Deformation for Shape Manipulation, SIGGRAPH 2007.
+    [YZX04] Yu, Zhou, Xu, Shi, Bao, Guo, Shum: Mesh Editing with Poisson-Based Gradient Field Manipulation,
+        SIGGRAPH 2004.
+    [HSL06] Huang, Shi, Liu, Zhou, Wei, Teng, Bao, Guo, Shum: Subspace Gradient Domain Mesh Deformation, SIGGRAPH
+        2006.
+    [JSW05] Ju, Schaefer, Warren: Mean Value Coordinates for Closed Triangular Meshes, SIGGRAPH 2005.
+    [LLC08] Lipman, Levin, Cohen-Or: Green Coordinates, SIGGRAPH 2008.
+    [JMD07] Joshi, Meyer, DeRose, Green, Sanocki: Harmonic Coordinates for Character Articulation, SIGGRAPH 2007.
+    [CHSB10] Chen, Huang, Sun, Bao: Cage-based Deformation Transfer, Computers & Graphics 34(2), 2010.
+    [SP04] Sumner, Popovic: Deformation Transfer for Triangle Meshes, SIGGRAPH 2004.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,7 +60,10 @@ Progress: TypeAlias = Callable[[float], bool | None]
 _Result_co = TypeVar("_Result_co", covariant=True)
 
 class Cancelled(RuntimeError):
-    """A progress callback stopped a bind or a change of constraints; the object is as it was before."""
+    """A progress callback stopped a call; the object is as it was before. A solve ends with its stop_reason instead.
+
+    A RuntimeError, but no failure: where those of the solver are handled, catch this one first.
+    """
 
 class Job(Generic[_Result_co]):
     """Work in a thread of its own, from a method begin_...(). Arrays were copied, but ``out`` of a solve.
@@ -71,7 +95,8 @@ class Options:
 
     energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"]
     """What one rotation stands for: "rotation_nodes", a round piece of the surface, looks the same at every density of
-    the mesh; "spokes_and_rims" and the classic "spokes", a vertex and its edges, get softer the finer the mesh."""
+    the mesh; "spokes_and_rims" [CPSS10] and the classic "spokes" [SA07], a vertex and its edges, get softer the finer
+    the mesh."""
     rigidity_radius: float
     """For "rotation_nodes": the distance between them, as a fraction of the bounding-box diagonal, in [1e-6, 1]. Larger
     is stiffer."""
@@ -95,8 +120,8 @@ class LatticeOptions:
     """Options of a LatticeArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
     cube_size: float
-    """Size of the lattice's cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, four
-    across a limb of the median thickness. Coarser is faster and stiffer."""
+    """Size of the lattice's cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, the
+    smaller of 0.02 and a quarter of the median thickness. Coarser is faster and stiffer."""
     keep_volume: float
     """In [0, 1]: how firmly each place inside keeps its volume. 0: as the shape makes it; 1: limbs hardly get thinner,
     at about twice the iterations."""
@@ -161,9 +186,10 @@ class CageOptions:
     """Options of a CageDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
     coordinates: Literal["mean_value", "green", "harmonic"]
-    """How points hang on the cage: "mean_value" follows it closely and meets affine motions exactly, also outside of
-    it; "green" keeps shapes, meets similarities only (translation, rotation, even scale), and is for points inside;
-    "harmonic" is as mean values, but never below 0 (to a thousandth), and a limb follows its own part of the cage."""
+    """How points hang on the cage: "mean_value" [JSW05] follows it closely and meets affine motions exactly, also
+    outside of it; "green" [LLC08] keeps shapes, meets similarities only (translation, rotation, even scale), and is for
+    points inside; "harmonic" [JMD07] is as mean values, but never below 0 (to a thousandth), and a limb follows its own
+    part of the cage."""
     grid_spacing: float
     """For "harmonic": distance of the nodes of its grid, as a fraction of the cage's bounding-box diagonal, in [0.005,
     0.1]. Finer where the cage has narrow places; half of it takes about ten times as long."""
@@ -221,7 +247,7 @@ class SolveOptions:
     propagated over the mesh."""
     acceleration: Literal["conjugate_gradients", "none"]
     """For comparisons only: how an iteration goes on from a local and a global step. Conjugate gradients take far fewer
-    iterations to the same minimum; none is plain local/global, [SA07]."""
+    iterations to the same minimum; none is plain local/global [SA07]."""
     max_iterations: int
     """Upper bound of iterations, each a global and a local step, >= 1."""
     accuracy: float
@@ -247,6 +273,21 @@ class SolveResult:
     They are in the square of the input's unit, those of LatticeArap and TetArap in its cube.
     """
 
+    def __init__(
+        self,
+        positions: NDArray[Any],
+        energy_before: float,
+        energy_after: float,
+        iterations: int,
+        step: float,
+        stop_reason: Literal["converged", "max_iterations", "time_limit", "cancelled"],
+        parts_at_rest: NDArray[np.int32],
+        loose_vertices: NDArray[np.int32],
+        n_parts: int,
+        n_parts_joined: int,
+    ) -> None:
+        """Of these values, for copies and for tests of what uses results."""
+
     @property
     def positions(self) -> NDArray[Any]:
         """(n, 3) float64, in the space and unit of the rest positions; or ``out``, float32, if that was given."""
@@ -267,10 +308,16 @@ class SolveResult:
         """What ended the solve."""
     @property
     def parts_at_rest(self) -> NDArray[np.int32]:
-        """Connected parts without any constraint, left at rest; see Model.part_of_vertex."""
+        """Connected parts without any constraint, left at rest; see Model.part_of_vertex, and n_parts_joined."""
     @property
     def loose_vertices(self) -> NDArray[np.int32]:
         """Vertices in no face or tetrahedron, left at rest unless constrained."""
+    @property
+    def n_parts(self) -> int:
+        """Number of connected parts of the model."""
+    @property
+    def n_parts_joined(self) -> int:
+        """How many these would be with seams joined, see Model.n_parts_joined."""
 
 class Model:
     """A mesh bound to a model of deformation: what all classes of models have in common. Made by one of these."""
@@ -364,6 +411,13 @@ class Model:
     def n_parts(self) -> int:
         """Number of connected parts."""
     @property
+    def n_parts_joined(self) -> int:
+        """How many parts there would be if vertices at the same place were one, see same_places().
+
+        Fewer than n_parts: the mesh has open seams, as most files have along those of a texture, and the model tears
+        there. Options.join_seams closes them, or whoever makes the mesh.
+        """
+    @property
     def part_of_vertex(self) -> NDArray[np.int32]:
         """(n,) int32, connected part of each vertex, -1 for loose ones."""
     @property
@@ -371,7 +425,7 @@ class Model:
         """Vertices in no face or tetrahedron."""
     @property
     def n_factorizations(self) -> int:
-        """Numeric factorizations since bind; new targets never add one."""
+        """Numeric factorizations since bind. New targets add none, but for an EmbeddedDeformation: its steps do."""
     @property
     def threads(self) -> int:
         """Threads in use."""
@@ -384,8 +438,8 @@ class SurfaceArap(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: Options | None = None,
         *,
+        options: Options | None = None,
         stiffness: ArrayLike | None = None,
         rigid_regions: ArrayLike | None = None,
         progress: Progress | None = None,
@@ -412,8 +466,8 @@ class SurfaceArap(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: Options | None = None,
         *,
+        options: Options | None = None,
         stiffness: ArrayLike | None = None,
         rigid_regions: ArrayLike | None = None,
     ) -> Job[SurfaceArap]:
@@ -471,8 +525,8 @@ class LatticeArap(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: LatticeOptions | None = None,
         *,
+        options: LatticeOptions | None = None,
         stiffness: ArrayLike | None = None,
         rigid_regions: ArrayLike | None = None,
         progress: Progress | None = None,
@@ -494,8 +548,8 @@ class LatticeArap(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: LatticeOptions | None = None,
         *,
+        options: LatticeOptions | None = None,
         stiffness: ArrayLike | None = None,
         rigid_regions: ArrayLike | None = None,
     ) -> Job[LatticeArap]:
@@ -527,7 +581,7 @@ class LatticeArap(Model):
         """Edge of a cube of the lattice, in the unit of the rest positions."""
 
 class PoissonEditing(Model):
-    """Poisson mesh editing of a polygon surface. Construction binds the mesh.
+    """Poisson mesh editing of a polygon surface [YZX04]. Construction binds the mesh.
 
     Each face takes a turn and a scale from the handles, and the surface is the one whose gradients are nearest to those
     of the faces. The model is linear in positions: a solve is one step, in double precision, and its energies are 0. It
@@ -545,8 +599,8 @@ class PoissonEditing(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: PoissonOptions | None = None,
         *,
+        options: PoissonOptions | None = None,
         progress: Progress | None = None,
     ) -> None:
         """Binds a mesh.
@@ -565,12 +619,13 @@ class PoissonEditing(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
+        *,
         options: PoissonOptions | None = None,
     ) -> Job[PoissonEditing]:
         """Begins to bind a mesh: the constructor as a job."""
 
 class EmbeddedDeformation(Model):
-    """A graph of nodes, each with a map of its own, that moves a polygon surface. Construction binds the mesh.
+    """A graph of nodes [SSP07], each with a map of its own, that moves a polygon surface. Construction binds the mesh.
 
     In solve() an iteration is a Newton step, and energies are pure numbers. Hard constraints are met as well as
     the nodes can. ``rotations`` are not used: a graph finds them.
@@ -584,8 +639,8 @@ class EmbeddedDeformation(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: EmbeddedOptions | None = None,
         *,
+        options: EmbeddedOptions | None = None,
         progress: Progress | None = None,
     ) -> None:
         """Binds a mesh.
@@ -604,6 +659,7 @@ class EmbeddedDeformation(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
+        *,
         options: EmbeddedOptions | None = None,
     ) -> Job[EmbeddedDeformation]:
         """Begins to bind a mesh: the constructor as a job."""
@@ -617,6 +673,7 @@ class EmbeddedDeformation(Model):
 class CageArap(Model):
     """As-rigid-as-possible deformation of a cage by vertices of the mesh that hangs on it. Construction binds both.
 
+    A subspace, as in [HSL06], with rotations of nodes.
     The unknowns are the vertices of the cage, and rotations those of nodes, so an iteration costs the same at every
     density of the mesh. The cage brings hard vertices as near to their targets as it can, a region to about a
     thousandth of the size. Loose vertices stay, and so do connected shells of the cage that no constrained vertex
@@ -633,8 +690,8 @@ class CageArap(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: CageArapOptions | None = None,
         *,
+        options: CageArapOptions | None = None,
         cage: tuple[ArrayLike, ...],
         progress: Progress | None = None,
     ) -> None:
@@ -655,8 +712,8 @@ class CageArap(Model):
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: CageArapOptions | None = None,
         *,
+        options: CageArapOptions | None = None,
         cage: tuple[ArrayLike, ...],
     ) -> Job[CageArap]:
         """Begins to bind a mesh and its cage: the constructor as a job."""
@@ -679,8 +736,8 @@ class TetArap(Model):
         self,
         rest_positions: ArrayLike,
         tets: ArrayLike,
-        options: TetOptions | None = None,
         *,
+        options: TetOptions | None = None,
         stiffness: ArrayLike | None = None,
         rigid_regions: ArrayLike | None = None,
         progress: Progress | None = None,
@@ -704,8 +761,8 @@ class TetArap(Model):
     def begin_bind(
         rest_positions: ArrayLike,
         tets: ArrayLike,
-        options: TetOptions | None = None,
         *,
+        options: TetOptions | None = None,
         stiffness: ArrayLike | None = None,
         rigid_regions: ArrayLike | None = None,
     ) -> Job[TetArap]:
@@ -738,15 +795,19 @@ class LatticeTets:
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
         cube_size: float = 0.0,
+        *,
+        progress: Progress | None = None,
     ) -> None:
         """Cuts the inside of a surface.
 
         Args:
             rest_positions, faces, face_sizes: the surface, n vertices, as for SurfaceArap.
             cube_size: as LatticeOptions.cube_size.
+            progress: may stop the work by returning False.
 
         Raises:
             ValueError: bad arrays or ``cube_size``, too many cubes, or a mesh without faces or size.
+            Cancelled: ``progress`` returned False.
         """
 
     def patches(self, vertices: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
@@ -801,8 +862,8 @@ class CageDeformation:
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: CageOptions | None = None,
         *,
+        options: CageOptions | None = None,
         progress: Progress | None = None,
     ) -> None:
         """Computes the weights of points in a cage.
@@ -826,6 +887,7 @@ class CageDeformation:
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
+        *,
         options: CageOptions | None = None,
     ) -> Job[CageDeformation]:
         """Begins to compute the weights: the constructor as a job."""
@@ -844,12 +906,15 @@ class CageDeformation:
             ValueError: bad shape, a position that is not finite, or a result beyond single precision in ``out``.
         """
 
-    def fit(self, positions: ArrayLike, smoothness: float = 1e-6) -> NDArray[np.float64]:
-        """Where the cage must be so that the points come to these positions, as well as they can.
+    def fit(
+        self, positions: ArrayLike, smoothness: float = 1e-6, *, progress: Progress | None = None
+    ) -> NDArray[np.float64]:
+        """Where the cage must be so that the points come to these positions, as well as they can [CHSB10].
 
         Args:
             positions: (n, 3).
             smoothness: 1e-12 to 1, how smoothly the cage moves where points tell little.
+            progress: may stop the work by returning False.
 
         Returns:
             (n_vertices, 3) float64.
@@ -857,6 +922,7 @@ class CageDeformation:
         Raises:
             ValueError: bad shape, a position that is not finite, a bad smoothness; or "green", which is not linear in
                 the cage.
+            Cancelled: ``progress`` returned False.
         """
 
     def weights(self, point: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -883,8 +949,8 @@ class WrapSurface:
     """A surface at rest, ready for binds of points: what they need of it, whatever the points are.
 
     That is nearly all of the work where the surface is large and the points are few, so many binds to one surface share
-    it. It takes about 150 bytes a vertex, and what is bound does not need it. Calls may run in several threads at
-    once.
+    it. It takes about 150 bytes a vertex; what is bound needs only the mesh of it, 50 bytes a vertex, to be pickled.
+    Calls may run in several threads at once.
     """
 
     def __init__(
@@ -922,15 +988,15 @@ class WrapSurface:
     def bind(
         self,
         points: ArrayLike,
-        options: WrapOptions | None = None,
         *,
+        options: WrapOptions | None = None,
         piece_of_point: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> WrapDeformation:
         """Binds points to the surface: what WrapDeformation() does, arguments and errors as there."""
 
     def begin_bind(
-        self, points: ArrayLike, options: WrapOptions | None = None, *, piece_of_point: ArrayLike | None = None
+        self, points: ArrayLike, *, options: WrapOptions | None = None, piece_of_point: ArrayLike | None = None
     ) -> Job[WrapDeformation]:
         """Begins to bind points: bind() as a job, which keeps the surface as long as it needs it."""
 
@@ -952,8 +1018,8 @@ class WrapDeformation:
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: WrapOptions | None = None,
         *,
+        options: WrapOptions | None = None,
         piece_of_point: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> None:
@@ -979,8 +1045,8 @@ class WrapDeformation:
         rest_positions: ArrayLike,
         faces: ArrayLike,
         face_sizes: ArrayLike | None = None,
-        options: WrapOptions | None = None,
         *,
+        options: WrapOptions | None = None,
         piece_of_point: ArrayLike | None = None,
     ) -> Job[WrapDeformation]:
         """Begins to bind points: the constructor as a job."""
@@ -1045,9 +1111,13 @@ def begin_make_cage(
     """Begins to make a cage: make_cage() as a job."""
 
 def transfer_cage(
-    source: tuple[ArrayLike, ...], moved_source: ArrayLike, target: tuple[ArrayLike, ...]
+    source: tuple[ArrayLike, ...],
+    moved_source: ArrayLike,
+    target: tuple[ArrayLike, ...],
+    *,
+    progress: Progress | None = None,
 ) -> NDArray[np.float64]:
-    """Moves a cage as another one of the same faces has been moved: deformation transfer.
+    """Moves a cage as another one of the same faces has been moved: deformation transfer [SP04].
 
     After CageDeformation.fit() of a shape and before CageDeformation.deform() of another, it carries a deformation from
     the one to the other. Where the source has turned, grown and moved, the target turns and grows alike, about its own
@@ -1057,18 +1127,22 @@ def transfer_cage(
         source: the cage at rest, as for CageArap.
         moved_source: (n_vertices, 3).
         target: the cage to move, at rest, of the same faces.
+        progress: may stop the work by returning False.
 
     Returns:
         (n_vertices, 3) float64 of the target.
 
     Raises:
         ValueError: bad arrays, other faces, or no faces.
+        Cancelled: ``progress`` returned False.
     """
 
 def same_places(
     rest_positions: ArrayLike,
     faces: ArrayLike,
     face_sizes: ArrayLike | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> NDArray[np.int32]:
     """For each vertex the first one at its place, (n,) int32.
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """arap_native from the outside: what its calls do and give back. The mathematics is tested in tests/native."""
 
-import copy
+import inspect
 
 import arap_native
 import numpy as np
@@ -272,15 +272,51 @@ def test_options_are_read_at_the_call():
 def test_repr_says_what_it_is():
     mesh = tube()
     solver = held_at_ends(mesh, options=arap_native.Options(threads=1))
-    assert repr(solver) == "<SurfaceArap: 96 vertices, 1 part, 1 thread>"
+    assert repr(bound(mesh, options=arap_native.Options(threads=1))) == (
+        "<SurfaceArap: 96 vertices, 1 part, no constraints, 1 thread>"
+    )
+    assert repr(solver) == "<SurfaceArap: 96 vertices, 1 part, 0 at rest, 1 thread>"
     text = repr(solver.solve(twisted_ends(mesh), arap_native.SolveOptions(max_iterations=2)))
     assert text.startswith("<SolveResult: max_iterations after 2 iterations, energy ")
-    assert text.endswith(", 0 parts at rest, 0 loose vertices>")
+    assert text.endswith(", 1 part, 0 at rest, 0 loose vertices>")
 
 
-def test_a_solver_cannot_be_copied():
-    with pytest.raises(TypeError, match="cannot pickle"):
-        copy.copy(bound(tube()))
+def torn(mesh: Mesh) -> Mesh:
+    """Each ring of quads by itself, and the ends: open seams all around, as a texture's."""
+    n_rings = len(mesh.face_sizes) // 8
+    faces = np.split(mesh.corner_vertices, np.cumsum(mesh.face_sizes)[:-1])
+    groups = [np.concatenate(faces[8 * k : 8 * k + 8]) for k in range(n_rings)] + faces[8 * n_rings :]
+    positions, corners = [], []
+    for group in groups:
+        used, own = np.unique(group, return_inverse=True)
+        corners.append(own.ravel() + sum(map(len, positions)))
+        positions.append(mesh.positions[used])
+    return Mesh(np.concatenate(positions), np.concatenate(corners).astype(np.int32), mesh.face_sizes)
+
+
+@pytest.mark.parametrize(
+    "model", [kind for kind in arap_native.Model.__subclasses__() if "face_sizes" in inspect.signature(kind).parameters]
+)
+def test_an_open_seam_is_told(model):
+    mesh = torn(tube())
+    keywords = {"cage": arap_native.make_cage(*mesh, cells=4)} if model is arap_native.CageArap else {}
+    solver = model(*mesh, **keywords)
+    assert (solver.n_parts, solver.n_parts_joined) == (13, 1)
+    assert ", 13 parts (1 with seams joined), no constraints, " in repr(solver)
+    vertices = np.flatnonzero(mesh.positions[:, 2] > 3.5)
+    solver.set_constraints(vertices)
+    result = solver.solve(mesh.positions[vertices] + [0.0, 0.2, 0.0])
+    assert (result.n_parts, result.n_parts_joined) == (13, 1)
+    n_at_rest = len(result.parts_at_rest)
+    assert n_at_rest >= 10 or model is arap_native.CageArap, "a cage carries all that is in it"
+    assert f", 13 parts (1 with seams joined), {n_at_rest} at rest, " in repr(result)
+    assert f", 13 parts (1 with seams joined), {n_at_rest} at rest, " in repr(solver)
+
+
+def test_parts_of_a_mesh_with_joined_seams_are_those_of_the_model():
+    solver = bound(torn(tube()), options=arap_native.Options(join_seams=True))
+    assert (solver.n_parts, solver.n_parts_joined) == (1, 1)
+    assert ", 1 part, no constraints, " in repr(solver)
 
 
 # ---------------------------------------------------------------------------------------------------- same places

@@ -55,7 +55,7 @@ CAGE_WITHOUT_MEMORY = """
 import resource, numpy as np, arap_native, sample_meshes
 mesh = sample_meshes.tube()
 cage = arap_native.make_cage(*mesh, cells=40)
-model = arap_native.CageArap(*mesh, arap_native.CageArapOptions(energy="cage"), cage=cage)
+model = arap_native.CageArap(*mesh, options=arap_native.CageArapOptions(energy="cage"), cage=cage)
 limit = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 60_000_000
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 try:
@@ -68,7 +68,7 @@ except MemoryError as error:
 WITHOUT_THREADS = """
 import resource, numpy as np, arap_native, zoo
 mesh = zoo.KINDS["grid"](20_000, np.random.default_rng(0))
-solver = arap_native.SurfaceArap(*mesh, arap_native.Options(threads=4))
+solver = arap_native.SurfaceArap(*mesh, options=arap_native.Options(threads=4))
 solver.set_constraints(np.arange(2, dtype=np.int32))
 print(np.abs(solver.solve(mesh.positions[:2]).positions - mesh.positions).max() < 1e-3)
 """

@@ -14,7 +14,7 @@ CAGE = arap_native.make_cage(*MESH, cells=8)
 @pytest.mark.parametrize("energy", ["cage", "mesh"])
 @pytest.mark.parametrize("coordinates", ["mean_value", "harmonic"])
 def test_handles_move_the_mesh_through_its_cage(energy, coordinates):
-    model = CageArap(*MESH, CageArapOptions(energy=energy, coordinates=coordinates), cage=CAGE)
+    model = CageArap(*MESH, options=CageArapOptions(energy=energy, coordinates=coordinates), cage=CAGE)
     model.set_constraints(ends(MESH))
     assert model.solve(MESH.positions[ends(MESH)]).positions == pytest.approx(MESH.positions, abs=1e-9)
     turned = MESH.positions @ rotation_z(1.0).T + 3.0

@@ -34,7 +34,7 @@ def points_inside(n: int = 20) -> NDArray[np.float64]:
 @pytest.mark.parametrize("coordinates", ["mean_value", "green", "harmonic"])
 def test_points_turn_with_the_cage(coordinates):
     points = points_inside()
-    cage = CageDeformation(points, *cube(), CageOptions(coordinates=coordinates))
+    cage = CageDeformation(points, *cube(), options=CageOptions(coordinates=coordinates))
     assert cage.deform(cube().positions) == pytest.approx(points, abs=1e-14)
     turned = 2 * cube().positions @ rotation_z(1.0).T + 3
     assert cage.deform(turned) == pytest.approx(2 * points @ rotation_z(1.0).T + 3, abs=1e-13)
@@ -48,7 +48,7 @@ def test_weights_say_where_a_point_goes():
     assert triangles.shape == (0,)
     assert vertices.sum() == pytest.approx(1)
     assert vertices @ moved == pytest.approx(cage.deform(moved)[3], abs=1e-7)
-    vertices, triangles = CageDeformation(points, *cube(), GREEN).weights(3)
+    vertices, triangles = CageDeformation(points, *cube(), options=GREEN).weights(3)
     assert (vertices.shape, triangles.shape) == ((8,), (24,))
 
 
@@ -82,7 +82,7 @@ def test_a_made_cage_carries_its_mesh():
 @pytest.mark.parametrize("coordinates", ["mean_value", "harmonic"])
 def test_a_deformation_goes_from_one_shape_to_another(coordinates):
     options = CageOptions(coordinates=coordinates)
-    source = CageDeformation(points_inside(200), *cube(), options)
+    source = CageDeformation(points_inside(200), *cube(), options=options)
     moved = cube().positions + np.random.default_rng(2).uniform(-0.3, 0.3, (8, 3))
     fitted = source.fit(source.deform(moved), smoothness=1e-9)
     assert fitted == pytest.approx(moved, abs=1e-4)
@@ -98,10 +98,10 @@ def test_a_deformation_goes_from_one_shape_to_another(coordinates):
 
 def test_a_job_does_what_the_constructor_does():
     moved = cube().positions * [1.0, 1.0, 1.5] + cube().positions[:, ::-1] ** 2
-    job = CageDeformation.begin_bind(points_inside(), *cube(), GREEN)
+    job = CageDeformation.begin_bind(points_inside(), *cube(), options=GREEN)
     cage = job.result()
     assert type(cage) is CageDeformation
-    assert np.array_equal(cage.deform(moved), CageDeformation(points_inside(), *cube(), GREEN).deform(moved))
+    assert np.array_equal(cage.deform(moved), CageDeformation(points_inside(), *cube(), options=GREEN).deform(moved))
 
 
 def test_a_cage_is_made_by_a_job_too():
@@ -122,7 +122,7 @@ def test_progress_may_stop_it():
 
 def test_options_are_named_values():
     assert repr(CageOptions()) == "CageOptions(coordinates='mean_value', grid_spacing=0.015625, threads=0)"
-    assert CageDeformation(points_inside(), *cube(), CageOptions(threads=2)).threads == 2
+    assert CageDeformation(points_inside(), *cube(), options=CageOptions(threads=2)).threads == 2
     with pytest.raises(ValueError, match=r"^coordinates = 'gren', must be one of 'mean_value', 'green', 'harmonic'"):
         CageOptions(coordinates="gren")
     with pytest.raises(ValueError, match=r"^threads = -1, must be "):
@@ -138,7 +138,7 @@ def test_what_is_wrong_is_told_in_words():
     with pytest.raises(ValueError, match=r"^cage: rest_positions has shape \(8, 2\), expected \(n, 3\): one row per"):
         CageDeformation(points_inside(), positions[:, :2], corners, sizes)
     with pytest.raises(ValueError, match=r"^1 of 2 points are not inside of the cage \(1\), "):
-        CageDeformation(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0]]), *cube(), GREEN)
+        CageDeformation(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0]]), *cube(), options=GREEN)
     cage = CageDeformation(points_inside(), *cube())
     with pytest.raises(ValueError, match=r"^cage_positions has shape \(20, 3\), expected \(8, 3\): one row per vertex"):
         cage.deform(points_inside())

@@ -9,6 +9,7 @@ from sample_meshes import ends, tube, twisted_ends
 MESH = tube()
 VERTICES = ends(MESH)
 STRENGTHS = np.ones(len(VERTICES))
+OPTION_NAMES = "energy, rigidity_radius, weights, threads, join_seams"
 PATCH = (np.array([0, 2], np.int32), np.array([20, 21], np.int32), np.ones(2))
 
 
@@ -154,24 +155,16 @@ def test_an_instruction_set_that_is_not_there_is_refused_at_bind(monkeypatch):
         ({"threads": "x"}, "threads = 'x' is of type str, expected int"),
         ({"threads": 2.5}, "threads = 2.5 is of type float, expected int"),
         ({"energy": None}, "energy = None is of type NoneType, expected str"),
-        ({"__repr__": 1}, "Options() got an unexpected keyword argument '__repr__'"),
+        ({"__repr__": 1}, f"Options() got an unexpected keyword argument '__repr__'; it takes {OPTION_NAMES}"),
     ],
 )
 def test_an_option_of_a_wrong_type_is_named(keywords, expected):
     assert message(TypeError, arap_native.Options, **keywords) == expected
 
 
-def test_options_are_given_by_name_and_are_no_numbers():
-    with pytest.raises(TypeError):
-        arap_native.Options("spokes")
-    with pytest.raises(TypeError):
-        arap_native.Options(energy=1)
-    with pytest.raises(TypeError):
-        arap_native.SolveOptions(max_iterations=2.5)
+def test_an_attribute_that_is_no_option_is_refused():
     with pytest.raises(AttributeError):
         arap_native.SolveOptions().max_iteration = 3
-    with pytest.raises(TypeError):
-        arap_native.SurfaceArap(*MESH, arap_native.SolveOptions())
 
 
 def test_progress_has_to_be_callable(solver):

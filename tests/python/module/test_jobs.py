@@ -346,7 +346,7 @@ def test_half_the_stack_of_a_thread_of_macos_is_enough():
     run_python(
         """
 big = tube(200, 100)
-solver = arap_native.SurfaceArap.begin_bind(*big, arap_native.Options(threads=2)).result()
+solver = arap_native.SurfaceArap.begin_bind(*big, options=arap_native.Options(threads=2)).result()
 solver.begin_set_constraints(ends(big)).result()
 solver.begin_solve(twisted_ends(big), arap_native.SolveOptions(max_iterations=3)).result()
 solver.begin_patches([ends(big)[:1]], np.array([.5])).result()

@@ -62,7 +62,8 @@ def test_it_is_a_model_as_the_surface_is():
 def test_the_cubes_are_as_large_as_is_asked():
     mesh = tube(60, 24)
     models = [
-        arap_native.LatticeArap(*mesh, arap_native.LatticeOptions(cube_size=cube_size)) for cube_size in (0.1, 0.05)
+        arap_native.LatticeArap(*mesh, options=arap_native.LatticeOptions(cube_size=cube_size))
+        for cube_size in (0.1, 0.05)
     ]
     assert [model.cube_size / mesh.diagonal for model in models] == pytest.approx([0.1, 0.05], rel=1e-3)
     assert models[0].n_control_points < models[1].n_control_points

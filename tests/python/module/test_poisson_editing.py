@@ -13,7 +13,7 @@ CLOSE = 0.15
 
 
 def held_at_ends(mesh: Mesh = MESH, **options) -> arap_native.PoissonEditing:
-    model = arap_native.PoissonEditing(*mesh, arap_native.PoissonOptions(**options))
+    model = arap_native.PoissonEditing(*mesh, options=arap_native.PoissonOptions(**options))
     model.set_constraints(ends(mesh))
     return model
 
@@ -93,13 +93,13 @@ def test_it_is_a_model_and_jobs_do_what_the_calls_do():
 def test_options_are_named_values():
     assert repr(arap_native.PoissonOptions()) == "PoissonOptions(propagation='harmonic', threads=0)"
     options = arap_native.PoissonOptions(propagation="geodesic", threads=2)
-    assert arap_native.PoissonEditing(*MESH, options).threads == 2
+    assert arap_native.PoissonEditing(*MESH, options=options).threads == 2
     with pytest.raises(ValueError, match=r"^threads = -1, must be "):
         options.threads = -1
     with pytest.raises(ValueError, match=r"^propagation = 'near', must be one of 'harmonic', 'geodesic'"):
         options.propagation = "near"
     with pytest.raises(TypeError):
-        arap_native.PoissonEditing(*MESH, arap_native.Options())
+        arap_native.PoissonEditing(*MESH, options=arap_native.Options())
 
 
 def test_what_is_wrong_is_told_in_words():

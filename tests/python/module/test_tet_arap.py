@@ -93,11 +93,11 @@ def test_a_rigid_region_keeps_its_shape():
 def test_options_are_named_values():
     assert repr(arap_native.TetOptions()) == "TetOptions(threads=0)"
     options = arap_native.TetOptions(threads=2)
-    assert arap_native.TetArap(*bar(), options).threads == 2
+    assert arap_native.TetArap(*bar(), options=options).threads == 2
     with pytest.raises(ValueError, match=r"^threads = -1, must be "):
         options.threads = -1
     with pytest.raises(TypeError):
-        arap_native.TetArap(*bar(), arap_native.Options())
+        arap_native.TetArap(*bar(), options=arap_native.Options())
 
 
 def test_what_is_wrong_is_told_in_words():

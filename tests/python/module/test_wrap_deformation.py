@@ -66,8 +66,8 @@ def test_binds_share_a_surface():
         assert type(surface) is WrapSurface
         assert repr(surface) == f"<WrapSurface: {len(tube().positions)} vertices>"
         assert surface.n_vertices == len(tube().positions)
-        wrap = surface.bind(points_around(), options, piece_of_point=pieces)
-        job = surface.begin_bind(points_around(), options, piece_of_point=pieces)
+        wrap = surface.bind(points_around(), options=options, piece_of_point=pieces)
+        job = surface.begin_bind(points_around(), options=options, piece_of_point=pieces)
         del surface  # neither needs it any more
         for bound in (wrap, job.result()):
             assert np.array_equal(bound.deform(moved_tube()), expected)

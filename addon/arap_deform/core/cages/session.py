@@ -71,7 +71,7 @@ class CageSession:
             session._space.to_solver(cage.mesh.rest_positions),
             cage.mesh.corner_vertices,
             cage.mesh.face_sizes,
-            native.CageOptions(coordinates=cage.coordinates, threads=settings.threads),
+            options=native.CageOptions(coordinates=cage.coordinates, threads=settings.threads),
         )
         try:
             session._model = yield from stage(job, "Binding was cancelled; nothing has changed")

@@ -45,7 +45,7 @@ class Wrap:
         surface, ready = yield from part((prepared or PreparedSurface()).of(native, inputs), 0.0, SURFACE_SHARE)
         job = ready.begin_bind(
             surface.space.to_solver(transformed(inputs.place, inputs.points.astype(np.float64))),
-            native.WrapOptions(stay_outside=inputs.keeps_distance, threads=inputs.threads),
+            options=native.WrapOptions(stay_outside=inputs.keeps_distance, threads=inputs.threads),
             piece_of_point=inputs.pieces,
         )
         del ready  # the job has it

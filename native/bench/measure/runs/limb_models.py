@@ -33,7 +33,9 @@ def bind(mesh: Mesh, model: LimbModel, cube_size: float) -> arap_native.Model:
     if model == "surface":
         return arap_native.SurfaceArap(*arrays)
     keep_volume = 1.0 if model == "firm" else 0.0
-    return arap_native.LatticeArap(*arrays, arap_native.LatticeOptions(cube_size=cube_size, keep_volume=keep_volume))
+    return arap_native.LatticeArap(
+        *arrays, options=arap_native.LatticeOptions(cube_size=cube_size, keep_volume=keep_volume)
+    )
 
 
 def pose_limb(limb: Limb, model: LimbModel) -> Reached:

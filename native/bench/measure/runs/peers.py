@@ -57,7 +57,7 @@ class Yardstick:
     """Energies of any positions of a mesh, by our definition of each."""
 
     def __init__(self, mesh: Mesh) -> None:
-        self._models = {energy: SurfaceArap(*mesh[1:], Options(energy=energy)) for energy in OUR_ENERGIES}
+        self._models = {energy: SurfaceArap(*mesh[1:], options=Options(energy=energy)) for energy in OUR_ENERGIES}
 
     def energies(self, path: Path) -> dict[str, float]:
         return {energy: self.energy(path, energy) for energy in OUR_ENERGIES}

@@ -47,7 +47,7 @@ class Posing:
 
     def __init__(self, pose: Pose, model: ModelName) -> None:
         mesh, options = pose.mesh, arap_native.Options(energy=MODELS[model])
-        self._arap = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options)
+        self._arap = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options=options)
         self._pose = pose
         vertices = pose.task(0.0).vertices
         patches: Patches | None = None
