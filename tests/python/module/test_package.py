@@ -143,6 +143,19 @@ def test_names_are_public_ones():
     assert arap_native.Cancelled.__mro__[1] is RuntimeError
 
 
+def test_the_page_of_the_package_is_not_blank():
+    metadata = importlib.metadata.metadata("arap-native")
+    assert metadata["Author"] == "ARAP Deform contributors"
+    assert metadata["Description-Content-Type"] == "text/markdown"
+    page = metadata.get_payload()
+    assert page.startswith("# arap_native\n")
+    assert not re.findall(r"\]\((?!https?://)", page), "links to files lead nowhere there"
+    classes = {
+        name for name in CLASSES if not name.endswith(("Options", "Result", "Surface")) and name not in ("Job", "Model")
+    }
+    assert all(f"`{name}`" in page for name in classes)
+
+
 def test_the_version_is_that_of_the_wheel():
     assert arap_native.__version__ == importlib.metadata.version("arap-native")
 
