@@ -37,8 +37,8 @@ class PolygonMesh {
   /// call the bounding-box diagonal. 0 where they are at one place.
   [[nodiscard]] double diagonal() const;
 
-  /// For each vertex the first one at its place, (n,), its own number if it is that one. Along each axis a vertex may
-  /// differ from the first one by 1e-6 of the diagonal, or by what single precision rounds so far from the origin.
+  /// For each vertex the first one at its place, (n,), its own number if it is that one. Along each axis it may differ
+  /// by 1e-6 of the diagonal, or by what rounds so far from the origin: single precision, if all coordinates are that.
   /// Throws Cancelled when `progress` returns false.
   [[nodiscard]] std::vector<int> same_places(int threads = 1, const Progress& progress = {}) const;
   /// How many parts there are if vertices at the same place are joined. Fewer than n_parts(): the mesh has open seams,

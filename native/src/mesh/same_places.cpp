@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 
 #include "arap/mesh.h"
 
@@ -15,16 +18,39 @@ namespace {
 /// As part of the diagonal: below all that is modelled, above what a change of units and axes rounds.
 constexpr double kOfDiagonal = 1e-6;
 
-/// As part of the largest coordinate: two steps of single precision each way. Nothing finer was ever there.
-constexpr double kOfCoordinates = 4.8e-7;
+/// As part of a coordinate: two steps of single precision each way. Nothing finer was ever there.
+constexpr double kOfSingles = 4.8e-7;
+
+/// The same of double precision.
+constexpr double kOfDoubles = 9e-16;
+
+/// As part of the diagonal: what is rounded to more than that has no seams to join, only edges to lose.
+constexpr double kMostOfSingles = 1e-2;
+
+/// The largest coordinate of vertices in faces that single precision may have rounded, as it has all of a single's
+/// digits: whole metres have fewer, and are exact. 0 if any coordinate has more, as doubles have.
+double largest_single(const PolygonMesh& mesh) {
+  double largest = 0;
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    if (mesh.n_faces() > 0 && mesh.part_of_vertex()[v] < 0) continue;
+    for (const double x : mesh.positions().row(v)) {
+      const auto single = static_cast<float>(x);
+      if (static_cast<double>(single) != x) return 0;
+      if ((std::bit_cast<std::uint32_t>(single) & 1U) != 0) largest = std::max(largest, std::abs(x));
+    }
+  }
+  return largest;
+}
 
 }  // namespace
 
 std::vector<int> PolygonMesh::same_places(int threads, const Progress& progress) const {
   Meter meter(progress, "the search for vertices at the same place was cancelled");
   const Eigen::AlignedBox3d box = surface_box(*this);
+  const double diagonal = box.diagonal().norm();
   const double largest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-  const double distance = std::max(kOfDiagonal * box.diagonal().norm(), kOfCoordinates * largest);
+  const double of_singles = std::min(kOfSingles * largest_single(*this), kMostOfSingles * diagonal);
+  const double distance = std::max({kOfDiagonal * diagonal, kOfDoubles * largest, of_singles});
   std::vector<int> places = coincident_with(positions_, distance, threads, {&meter, 1});
   meter.reach(1);
   return places;

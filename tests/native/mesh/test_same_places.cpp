@@ -56,6 +56,34 @@ TEST(SamePlaces, AreNotTheTwoSidesOfAThinWall) {
   EXPECT_EQ(n_places(wall), wall.n_vertices());
 }
 
+MeshData moved(MeshData mesh, const Vector3& motion) {
+  for (Vector3& place : mesh.vertices) place += motion;
+  return mesh;
+}
+
+/// A map in metres is some thousand kilometres from the origin, and doubles have its millimetres there.
+TEST(SamePlaces, OfDoublesAreAsFineFarFromTheOrigin) {
+  const MeshData sphere = icosphere(4);
+  for (const double away : {1e4, 5.4e6, 1e9}) {
+    const MeshData mesh = moved(sphere, away * Vector3(1, -.4, 0));
+    EXPECT_EQ(n_places(mesh), sphere.n_vertices()) << away << " away";
+    EXPECT_EQ(n_places(join(mesh, moved(mesh, 2e-7 * Vector3::Ones()))), sphere.n_vertices()) << away << " away";
+  }
+}
+
+/// Whole metres are singles, too, but nothing has rounded them.
+TEST(SamePlaces, OfWholeMetresAreAsFineFarFromTheOrigin) {
+  const MeshData blocks = box({20, 10, 6}, {20, 10, 6}, Faces::kQuads);
+  EXPECT_EQ(n_places(moved(blocks, {500000, 5400000, 0})), blocks.n_vertices());
+}
+
+/// However coarse single precision is there, a mesh does not vanish.
+TEST(SamePlaces, AreNotTheWholeMesh) {
+  MeshData mesh = moved(cube(), {5e6, 5e6, 5e6});
+  for (const Vector3& place : mesh.vertices) ASSERT_EQ(place, Vector3(place.cast<float>().cast<double>()));
+  EXPECT_EQ(n_places(mesh), mesh.n_vertices());
+}
+
 /// However far a loose vertex is away.
 TEST(SamePlaces, DoNotDependOnLooseVertices) {
   MeshData mesh = torn(icosphere(2), Vector3::Zero());
