@@ -14,7 +14,8 @@ inline namespace ARAP_COMPILED_ALIKE {
 /// another.
 ///
 /// If the source has moved by a turn, a scale and a shift, the target turns and grows alike, about its own middle: this
-/// moves as the source's does. The result does not depend on where the target is.
+/// moves as the source's does. Of several shells each goes as its own in the source: one that did not move stays. The
+/// result does not depend on where the target is.
 /// @param source        at rest
 /// @param moved_source  (n_vertices, 3), finite
 /// @param target        at rest, with the source's faces

@@ -5,10 +5,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <vector>
 
 #include "base/eigen_compat.h"
+#include "base/grouped.h"
 #include "cages/cage_motion.h"
 #include "cholesky/preconditioned_cg.h"
 #include "cholesky/solver_choice.h"
@@ -49,36 +49,54 @@ Matrix3 frame(const Positions& p, const std::array<int, 3>& corners) {
   return result;
 }
 
-/// How the source has moved.
+/// How the source has moved, component by component.
 class SourceMotion {
  public:
-  SourceMotion(const PolygonMesh& source, const Positions& moved) : rest_(source.positions()), moved_(moved) {
+  /// @param components  (n,) of each vertex the lowest one that is joined with it
+  SourceMotion(const PolygonMesh& source, const Positions& moved, const std::vector<int>& components)
+      : rest_(source.positions()), moved_(moved), components_(components) {
     const std::vector<int> used = vertices_in_faces(source);
-    whole_ = best_similarity(Positions(rest_(used, all)), Positions(moved(used, all)));
+    const Matrix3 whole = similarity_of(used);
+    const Grouped members(source.n_vertices(), [&](const auto& add) {
+      for (int v = 0; v < source.n_vertices(); ++v) add(components[v], v);
+    });
+    turns_.assign(components.size(), whole);
+    for (int first = 0; first < source.n_vertices(); ++first)
+      // A vertex alone tells no turn.
+      if (members.of(first).size() > 1)
+        turns_[first] = similarity_of({members.of(first).begin(), members.of(first).end()});
   }
 
-  [[nodiscard]] const AffineMap& whole() const { return whole_; }
+  /// The linear part of the similarity that fits the motion of a vertex's component best.
+  [[nodiscard]] const Matrix3& turn(int vertex) const { return turns_[components_[vertex]]; }
 
-  /// Gradient of the triangle of these corners; of one without area that of the whole.
+  /// Gradient of the triangle of these corners; of one without area that of its component.
   [[nodiscard]] Matrix3 gradient(const std::array<int, 3>& corners) const {
     const Matrix3 at_rest = frame(rest_, corners);
     constexpr double kLeast = 1e-6;  // of its height to its longest edge
     const double longest = at_rest.leftCols<2>().colwise().norm().maxCoeff();
-    if (!(at_rest.col(2).squaredNorm() > kLeast * longest * longest)) return whole_.linear;
+    if (!(at_rest.col(2).squaredNorm() > kLeast * longest * longest)) return turn(corners[0]);
     return frame(moved_, corners) * at_rest.inverse();
   }
 
  private:
+  [[nodiscard]] Matrix3 similarity_of(const std::vector<int>& vertices) const {
+    return best_similarity(Positions(rest_(vertices, all)), Positions(moved_(vertices, all))).linear;
+  }
+
   const Positions& rest_;
   const Positions& moved_;
-  AffineMap whole_;
+  const std::vector<int>& components_;
+  std::vector<Matrix3> turns_;  ///< of each component, by its lowest vertex
 };
 
 /// The energy of the target's gradients.
 class TargetSystem {
  public:
   TargetSystem(const PolygonMesh& target, Meter& meter)
-      : meter_(meter), rest_(target.positions()), assembler_(target, options(), no_stiffness_) {
+      : meter_(meter),
+        rest_(target.positions().rowwise() - surface_box(target).center().transpose()),
+        assembler_(target, options(), no_stiffness_) {
     const auto fill = [&](int i, RowAccumulator<double>& column) { assembler_.system_column(i, column); };
     K_ = assemble_matrix(target.n_vertices(), 1, fill, {&meter_, 0.2});
     components_ = connected_components(K_);
@@ -90,7 +108,8 @@ class TargetSystem {
   /// The positions whose gradients are nearest to those that the motion gives the triangles; each component is
   /// somewhere.
   [[nodiscard]] Positions driven_by(const SourceMotion& motion) const {
-    Positions result = motion.whole().apply(rest_);
+    Positions result(rest_.rows(), 3);
+    for (int v = 0; v < static_cast<int>(rest_.rows()); ++v) result.row(v) = rest_.row(v) * motion.turn(v).transpose();
     Positions residual;
     multiply(K_, result, residual, workers_);
     residual = -residual;
@@ -135,7 +154,7 @@ class TargetSystem {
   }
 
   Meter& meter_;
-  const Positions& rest_;
+  Positions rest_;  ///< centred: far from the origin, products with K lose digits
   std::vector<double> no_stiffness_;
   SurfaceAssembler assembler_;
   Workers workers_;
@@ -143,17 +162,20 @@ class TargetSystem {
   std::vector<int> components_;
 };
 
-/// Mean of the points of each component, by its first vertex.
-std::map<int, Row> means_of(const std::vector<int>& components, const Positions& points) {
-  std::map<int, std::pair<Row, double>> sums;
+/// Of the points of each component the mean, by its lowest vertex.
+Positions means_of(const std::vector<int>& components, const Positions& points) {
+  Positions means = Positions::Zero(points.rows(), 3);
+  std::vector<int> count(components.size(), 0);
   for (size_t v = 0; v < components.size(); ++v) {
-    auto& [sum, n] = sums.try_emplace(components[v], Row::Zero(), 0.0).first->second;
-    sum += points.row(static_cast<Eigen::Index>(v));
-    n += 1;
+    means.row(components[v]) += points.row(static_cast<Eigen::Index>(v));
+    ++count[components[v]];
   }
-  std::map<int, Row> means;
-  for (const auto& [first, of] : sums) means.emplace(first, of.first / of.second);
+  for (size_t v = 0; v < components.size(); ++v) means.row(static_cast<Eigen::Index>(v)) /= std::max(1, count[v]);
   return means;
+}
+
+Row middle_of(const PolygonMesh& mesh) {
+  return Positions(mesh.positions()(vertices_in_faces(mesh), all)).colwise().mean();
 }
 
 }  // namespace
@@ -165,23 +187,23 @@ Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source
   require_same_faces(source, target);
   require_rows("moved_source", moved_source.rows(), source.n_vertices());
   require_finite("moved_source", moved_source, [](int v) { return text("vertex ", v); });
-  const SourceMotion motion(source, moved_source);
   Meter meter(progress, "the transfer was cancelled");
   const TargetSystem system(target, meter);
-  Positions result = system.driven_by(motion);
   const std::vector<int>& components = system.components();
-  const std::map<int, Row> of_source = means_of(components, source.positions());
-  const std::map<int, Row> of_moved = means_of(components, moved_source);
-  const std::map<int, Row> of_target = means_of(components, target.positions());
-  const std::map<int, Row> of_result = means_of(components, result);
-  const Row middle = source.positions().colwise().mean();
-  const Row shift = target.positions().colwise().mean() - middle;
-  // Components turn about the common middle with the source, and go beside that as those of the source do.
+  const SourceMotion motion(source, moved_source, components);
+  Positions result = system.driven_by(motion);
+  const Positions of_source = means_of(components, source.positions());
+  const Positions of_moved = means_of(components, moved_source);
+  const Positions of_target = means_of(components, target.positions());
+  const Positions of_result = means_of(components, result);
+  const Row shift = middle_of(target) - middle_of(source);
+  // Components go as those of the source do. What they are elsewhere than these, seen from the middle, turns with them:
+  // so those that turn alike turn about the common middle, and one that stays is not moved by others.
   for (Eigen::Index v = 0; v < result.rows(); ++v) {
     const int c = components[v];
-    const Row from = of_target.at(c) - shift;
-    const Row place = of_moved.at(c) + (from - of_source.at(c)) * motion.whole().linear.transpose() + shift;
-    result.row(v) += place - of_result.at(c);
+    const Row beside = of_target.row(c) - shift - of_source.row(c);
+    const Row place = of_moved.row(c) + beside * motion.turn(c).transpose() + shift;
+    result.row(v) += place - of_result.row(c);
   }
   meter.reach(1);
   return result;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "arap/cage_transfer.h"
 #include "arap/error.h"
@@ -55,6 +56,40 @@ TEST(CageTransfer, SeveralShellsGoAsOne) {
   EXPECT_LT(max_distance(transfer_cage(mesh.mesh(), motion.apply(mesh.positions()), target.mesh()),
                          motion.apply(target.positions())),
             1e-9 * target.diagonal());
+}
+
+/// As teeth and eyes in a head.
+TEST(CageTransfer, AShellThatDidNotMoveStays) {
+  const MeshData mesh = two_spheres(1);
+  const MeshData target = other_shape(mesh);
+  const arap::PolygonMesh source = mesh.mesh();
+  const std::vector<int>& part = source.part_of_vertex();
+  const RigidMotion motion = Random(4).rigid_motion(3, 5);
+  for (const int mover : {0, 1}) {
+    Positions moved = mesh.positions();
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (part[v] == mover) moved.row(v) = 2 * motion.apply(mesh.vertices[v]).transpose();
+    const Positions result = transfer_cage(mesh.mesh(), moved, target.mesh());
+    double furthest = 0;
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (part[v] != mover) furthest = std::max(furthest, (result.row(v) - target.vertices[v].transpose()).norm());
+    EXPECT_LT(furthest, 1e-9 * target.diagonal());
+  }
+}
+
+TEST(CageTransfer, LooseVerticesHaveNoSay) {
+  const MeshData mesh = two_spheres(1);
+  const Positions moved = 2 * Random(4).rigid_motion(3, 5).apply(mesh.positions());
+  const MeshData target = other_shape(mesh);
+  const auto with_loose = [](const MeshData& cage) {
+    MeshData result = cage;
+    result.add_vertex({1e3, -2e3, 5e2});
+    return result;
+  };
+  Positions moved_with_loose(mesh.n_vertices() + 1, 3);
+  moved_with_loose << moved, 7, 8, 9;
+  const Positions result = transfer_cage(with_loose(mesh).mesh(), moved_with_loose, with_loose(target).mesh());
+  EXPECT_LT(max_distance(result.topRows(mesh.n_vertices()), transfer_cage(mesh.mesh(), moved, target.mesh())), 1e-9);
 }
 
 TEST(CageTransfer, DoesNotHangOnTheTargetsPlace) {
