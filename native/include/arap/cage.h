@@ -90,8 +90,9 @@ class CageDeformation {
   ///
   ///     min 1/n |Phi C' - positions|^2 + smoothness / n_vertices |L (C' - M C)|^2,
   ///
-  /// Phi the weights, L of each vertex how far it is from the mean of its neighbours. Departure: the smoothness is that
-  /// of what the best turn, scale and shift M of the points leaves, so it does not resist these.
+  /// Phi the weights, L of each vertex how far it is from the mean of its neighbours, n_vertices of those in faces.
+  /// Departure: the smoothness is that of what the best turn, scale and shift M of the points leaves, so it does not
+  /// resist these.
   /// @param positions   (n, 3) of the points, finite
   /// @param smoothness  1e-12 to 1: how smoothly the cage moves where points tell little
   /// Throws InvalidInput, also for kGreen, which is not linear in the cage; Cancelled when `progress` returns false.

@@ -8,6 +8,7 @@
 
 #include "arap/cage.h"
 #include "arap/error.h"
+#include "base/available_memory.h"
 #include "base/format_message.h"
 #include "base/grouped.h"
 #include "geometry/nearest_in_triangle.h"
@@ -253,10 +254,20 @@ class Smoother {
     const auto steps = [&](const Row& way) {
       return std::max(1, static_cast<int>(std::ceil(way.norm() / (.15 * cube))));
     };
+    /// Of the shortest edge and the longest.
+    const auto lengths = [](const Triangle& c) {
+      return std::minmax({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
+    };
+    double most = 0;
+    for (const Triangle& c : mesh.triangles) {
+      const auto [shortest, longest] = lengths(c);
+      most += longest <= kTiny * cube ? 1 : (2 + shortest / (.15 * cube)) * (2 + longest / (.15 * cube));
+    }
+    constexpr double kBytesPerSample = 60;  // in the list, and in that of a cube
+    require_memory(kBytesPerSample * most, "a cage around so many faces of this size");
     std::vector<Row> samples;
     mesh.for_each_triangle(meter, [&](const Triangle& c) {
-      const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
-      if (longest <= kTiny * cube) {
+      if (lengths(c).second <= kTiny * cube) {
         if (taken.insert(cells.cube_at(c[0])).second) samples.push_back(c[0]);
         return;
       }

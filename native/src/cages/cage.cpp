@@ -146,6 +146,7 @@ Cage::Cage(const PolygonMesh& mesh) : n_vertices_(mesh.n_vertices()) {
   const Eigen::AlignedBox3d box = surface_box(mesh);
   size_ = box.diagonal().norm();
   center_ = box.center().transpose();
+  sides_ = box.sizes().transpose() / size_;
   vertices_ = (mesh.positions().rowwise() - center_) / size_;
   double volume = 0;
   for (int f = 0; f < mesh.n_faces(); ++f)

@@ -26,8 +26,10 @@ class Cage {
   /// Of each triangle: equal for those that one cut makes of one face.
   [[nodiscard]] const std::vector<int>& cut_of_triangle() const { return cut_of_triangle_; }
   [[nodiscard]] const std::vector<int>& face_of_triangle() const { return face_of_triangle_; }
-  /// (n, 3) in this space.
+  /// (n, 3) in this space; of those in no face, too, which may be anywhere.
   [[nodiscard]] const Positions& vertices() const { return vertices_; }
+  /// Sides of the box of vertices in faces, whose middle is 0.
+  [[nodiscard]] const Eigen::RowVector3d& sides() const { return sides_; }
 
   /// For the kernels; valid as long as the cage.
   [[nodiscard]] CageView view() const;
@@ -41,6 +43,7 @@ class Cage {
   int n_vertices_ = 0;
   double size_ = 1;
   Eigen::RowVector3d center_;
+  Eigen::RowVector3d sides_;
   Positions vertices_;
   std::vector<CageEdge> edges_;
   std::vector<CageTriangle> triangles_;

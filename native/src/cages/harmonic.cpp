@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/available_memory.h"
 #include "cages/green.h"
 #include "cages/harmonic_grid.h"
 #include "dense/small_matrices.h"
@@ -170,6 +171,8 @@ std::vector<int> harmonic_weights(const Cage& cage, double spacing, const Positi
   const HarmonicGrid grid(cage, spacing);
   const StencilMaker maker(cage, grid, spacing);
   const auto n = static_cast<int>(points.rows());
+  constexpr double kBytesPerPoint = 400;
+  require_memory(kBytesPerPoint * n, "harmonic coordinates of so many points");
   std::vector<Stencil> stencils(static_cast<size_t>(n));
   std::vector<char> is_outside(static_cast<size_t>(n), 0);
   parallel_for(workers, n, [&](int begin, int end) {

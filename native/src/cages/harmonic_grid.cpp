@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/available_memory.h"
 #include "cholesky/block_ldlt.h"
 #include "cholesky/preconditioned_cg.h"
 #include "sparse/matrix_assembly.h"
@@ -17,9 +18,25 @@ using Row = Eigen::RowVector3d;
 /// Nearer to a node the cage counts as if it were so near, in spacings.
 constexpr double kNearest = 1e-8;
 
+/// About the middle of the cage, which is 0: mirrored cages have mirrored grids. Throws NotEnoughMemory.
+SampleBox samples_around(const Cage& cage, double spacing) {
+  SampleBox box;
+  box.spacing = spacing;
+  double n_samples = 1;
+  for (int k = 0; k < 3; ++k) {
+    box.counts[k] = static_cast<int>(std::ceil(cage.sides()[k] / spacing)) + 2;
+    box.first[k] = -spacing * (box.counts[k] - 1) / 2;
+    n_samples *= box.counts[k];
+  }
+  constexpr double kBytesPerSample = 40;  // which node and crossings it has, and how the cage winds around it
+  require_memory(kBytesPerSample * n_samples, "the grid of harmonic coordinates");
+  return box;
+}
+
 }  // namespace
 
-HarmonicGrid::HarmonicGrid(const Cage& cage, double spacing) : cage_(cage), sources_(cage.n_vertices()) {
+HarmonicGrid::HarmonicGrid(const Cage& cage, double spacing)
+    : cage_(cage), box_(samples_around(cage, spacing)), sources_(cage.n_vertices()) {
   std::vector<std::array<int, 3>> corners;
   for (int t = 0; t < cage.n_triangles(); ++t) {
     const bool is_other_cut = !triangles_.empty() &&
@@ -29,12 +46,6 @@ HarmonicGrid::HarmonicGrid(const Cage& cage, double spacing) : cage_(cage), sour
     triangles_.push_back(t);
     const auto& vertices = cage.triangle(t).vertices;
     corners.push_back({vertices[0], vertices[1], vertices[2]});
-  }
-  // About the middle of the cage, which is 0: mirrored cages have mirrored grids.
-  box_.spacing = spacing;
-  for (int k = 0; k < 3; ++k) {
-    box_.counts[k] = static_cast<int>(std::ceil(cage.vertices().col(k).cwiseAbs().maxCoeff() * 2 / spacing)) + 2;
-    box_.first[k] = -spacing * (box_.counts[k] - 1) / 2;
   }
   for (int axis = 0; axis < 3; ++axis) crossings_[axis] = find_crossings(cage.vertices(), corners, box_, axis);
   find_nodes();
@@ -61,6 +72,9 @@ void HarmonicGrid::find_nodes() {
           winding[index(sample)] -= crossing.sign;
     }
   }
+  constexpr double kBytesPerNode = 250;  // its place, its row of the matrix, and the vectors of a solve
+  require_memory(kBytesPerNode * static_cast<double>(std::ranges::count_if(winding, [](int w) { return w > 0; })),
+                 "the grid of harmonic coordinates");
   Sample sample{};
   for (sample[0] = 0; sample[0] < box_.counts[0]; ++sample[0])
     for (sample[1] = 0; sample[1] < box_.counts[1]; ++sample[1])
@@ -182,7 +196,9 @@ HarmonicGrid::Cell HarmonicGrid::cell_at(const Row& point) const {
   Sample low{};
   for (int k = 0; k < 3; ++k) {
     const double number = (point[k] - box_.first[k]) / box_.spacing;
-    low[k] = static_cast<int>(std::clamp(std::floor(number), 0.0, box_.counts[k] - 2.0));
+    // What is at the wall of two cells is in the upper one, also if it is a little below by rounding.
+    constexpr double kRounding = 1e-6;
+    low[k] = static_cast<int>(std::clamp(std::floor(number + kRounding), 0.0, box_.counts[k] - 2.0));
     cell.place[k] = number - low[k];
   }
   for (int corner = 0; corner < 8; ++corner) {

@@ -9,6 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/available_memory.h"
+
 namespace arap {
 
 namespace {
@@ -177,6 +179,8 @@ InsideSamples::InsideSamples(const Positions& points, const Triangles& triangles
   for (int axis = 0; axis < 3; ++axis)
     crossings[axis] = find_crossings(points, triangles, samples, axis, meter.part(0.3));
   const std::vector<int> between = cubes_between_walls(*this, grid);
+  constexpr double kBytesPerCube = 200;  // rays of its samples, and what they tell
+  require_memory(kBytesPerCube * static_cast<double>(between.size()), "what is inside of this mesh");
   Rays rays(between, grid);
   for (int axis = 0; axis < 3; ++axis) rays.count(crossings[axis], axis);
   std::array<std::vector<SampleBits>, 2> sides{rays.most(0), rays.most(1)};

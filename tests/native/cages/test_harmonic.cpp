@@ -108,6 +108,21 @@ TEST(Harmonic, FinerGridsComeNearer) {
   }
 }
 
+/// However far away: the grid is around what has faces.
+TEST(Harmonic, LooseVerticesOfTheCageChangeNothing) {
+  const MeshData mesh = icosphere(1);
+  const Cage cage(mesh.mesh());
+  const Positions points = in_cage(cage, points_inside(mesh, 20));
+  const Eigen::MatrixXd expected = weights_of(cage, points);
+  for (const double away : {30., 1e9}) {
+    MeshData with_loose = mesh;
+    with_loose.add_vertex(away * Vector3(1, -.5, .3));
+    const Eigen::MatrixXd weights = weights_of(Cage(with_loose.mesh()), points);
+    EXPECT_EQ(weights.leftCols(mesh.n_vertices()), expected) << away;
+    EXPECT_TRUE(weights.rightCols(1).isZero(0)) << away;
+  }
+}
+
 /// Where mean values reach around a corner, harmonic weights do not.
 TEST(Harmonic, ALimbFollowsItsOwnPart) {
   const MeshData mesh = l_cage(4);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/eigen_compat.h"
+#include "cages/cage_checks.h"
 #include "cages/cage_points.h"
 #include "mesh/surface_measures.h"
 #include "models/cage_arap/cage_energy.h"
@@ -29,6 +30,20 @@ CageOptions of_points(const CageArapOptions& options) {
   return result;
 }
 
+/// The mesh without its loose vertices, which a cage has no use for: a far one would take digits from all others.
+PolygonMesh without_loose(const PolygonMesh& mesh) {
+  const std::vector<int> used = vertices_in_faces(mesh);
+  std::vector<int> number(mesh.n_vertices(), -1);
+  for (size_t k = 0; k < used.size(); ++k) number[used[k]] = static_cast<int>(k);
+  std::vector<int> corners;
+  std::vector<int> sizes;
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    for (const int v : mesh.face(f)) corners.push_back(number[v]);
+    sizes.push_back(static_cast<int>(mesh.face(f).size()));
+  }
+  return {mesh.positions()(used, all), std::move(corners), std::move(sizes)};
+}
+
 }  // namespace
 
 void CageArapOptions::validate() const {
@@ -45,7 +60,9 @@ struct CageArap::Impl {
       : space(input),
         mesh(space.make_model(input)),
         carried(vertices_in_faces(mesh)),
-        cage(space.beside_model(input_cage)),
+        rest_of_cage(input_cage.positions()),
+        in_cage(vertices_in_faces(input_cage)),
+        cage(space.beside_model(without_loose(input_cage))),
         points(cage, mesh.positions()(carried, all), of_points(options), {&meter, 0.5}),
         areas(vertex_areas(mesh)),
         engine(prepare(options, {&meter, 0.5})),
@@ -134,7 +151,9 @@ struct CageArap::Impl {
   ModelSpace space;
   PolygonMesh mesh;          ///< in model space
   std::vector<int> carried;  ///< vertices of the mesh, one a point
-  PolygonMesh cage;          ///< in model space
+  Positions rest_of_cage;    ///< as given
+  std::vector<int> in_cage;  ///< of its vertices, those in faces
+  PolygonMesh cage;          ///< in model space, of these alone
   CagePoints points;
   std::vector<double> areas;
   PreparedModel model;
@@ -151,6 +170,7 @@ CageArap::CageArap(const PolygonMesh& mesh, const PolygonMesh& cage, const CageA
                    const Progress& progress) {
   options.validate();
   require_surface(mesh);
+  require_closed_cage(cage);  // with the numbers that it was given
   Meter meter(progress, "binding was cancelled");
   impl_ = std::make_unique<Impl>(mesh, cage, options, meter);
   meter.reach(1);
@@ -178,9 +198,13 @@ void CageArap::reset() { impl_->reset(); }
 void CageArap::set_positions(const Positions& positions) { impl_->set_positions(positions); }
 
 Positions CageArap::positions() const { return impl_->space.to_input(impl_->shown, impl_->points.workers()); }
-Positions CageArap::cage_positions() const { return impl_->space.points_to_input(impl_->engine.positions()); }
+Positions CageArap::cage_positions() const {
+  Positions result = impl_->rest_of_cage;
+  result(impl_->in_cage, all) = impl_->space.points_to_input(impl_->engine.positions());
+  return result;
+}
 int CageArap::n_vertices() const { return impl_->user.size(); }
-int CageArap::n_cage_vertices() const { return impl_->cage.n_vertices(); }
+int CageArap::n_cage_vertices() const { return static_cast<int>(impl_->rest_of_cage.rows()); }
 int CageArap::n_parts() const { return impl_->mesh.n_parts(); }
 const std::vector<int>& CageArap::part_of_vertex() const { return impl_->user.part_of_vertex(); }
 const std::vector<int>& CageArap::loose_vertices() const { return impl_->user.loose_vertices(); }

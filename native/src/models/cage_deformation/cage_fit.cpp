@@ -22,14 +22,17 @@ CageFit::Matrix CageFit::smoothing() const {
   for (const CageEdge& edge : cage.edges())
     for (const auto& [from, to] : {std::pair(edge.ends[0], edge.ends[1]), std::pair(edge.ends[1], edge.ends[0])})
       L(from, to) -= 1;
+  int n_joined = 0;  // vertices in faces
   for (int v = 0; v < c; ++v) {
     const double n = -L.row(v).sum();
-    if (n > 0) L.row(v) /= n;
-    L(v, v) = n > 0 ? 1 : 0;
+    if (!(n > 0)) continue;
+    L.row(v) /= n;
+    L(v, v) = 1;
+    ++n_joined;
   }
   constexpr double kLeast = 1e-6;
-  Matrix result = L.transpose() * L / c;
-  result.diagonal().array() += kLeast / c;
+  Matrix result = L.transpose() * L / n_joined;
+  result.diagonal().array() += kLeast / n_joined;
   return result;
 }
 

@@ -27,7 +27,7 @@ class CageFit {
   using Matrix = Eigen::MatrixXd;
 
   [[nodiscard]] std::vector<int> all_points() const;
-  /// L^T L / c, and a little that holds what neither points nor edges do.
+  /// L^T L over the number of vertices in faces, and a little that holds what neither points nor edges do.
   [[nodiscard]] Matrix smoothing() const;
   void find_gram(const MeterPart& meter) const;
   void factorize(double smoothness) const;

@@ -214,6 +214,30 @@ TEST(CageArap, LooseVerticesStayAndGoToTheirTargets) {
 }
 
 /// Of the cage, with the parts of the mesh in it; with mean values those feel a shell beside them.
+/// They neither soften what holds the mesh nor take digits from it.
+TEST(CageArap, LooseVerticesOfTheCageChangeNothing) {
+  const MeshData mesh = rod();
+  const Ends ends(mesh);
+  const Positions targets = ends.targets({rotation_about({0, 0, 1}, 1), {0, 1, 0}});
+  const arap::PolygonMesh cage = make_cage(mesh.mesh(), 4);
+  MeshData with_loose{"", {}, {}};
+  for (int k = 0; k < 50; ++k) with_loose.add_vertex(Vector3(1e7, k, 0));
+  for (int v = 0; v < cage.n_vertices(); ++v) with_loose.add_vertex(cage.positions().row(v).transpose());
+  for (int f = 0; f < cage.n_faces(); ++f) {
+    with_loose.faces.emplace_back();
+    for (const int v : cage.face(f)) with_loose.faces.back().push_back(50 + v);
+  }
+  for (const CageEnergy energy : kBoth) {
+    CageArap solver(mesh.mesh(), cage, with(energy));
+    CageArap beside(mesh.mesh(), with_loose.mesh(), with(energy));
+    EXPECT_EQ(beside.n_cage_vertices(), 50 + cage.n_vertices());
+    for (CageArap* each : {&solver, &beside}) each->set_constraints(ends.task.constraints);
+    EXPECT_LT(max_distance(beside.solve(targets).positions, solver.solve(targets).positions), 1e-12);
+    EXPECT_EQ(beside.cage_positions().topRows(50), with_loose.positions().topRows(50));
+    EXPECT_LT(max_distance(beside.cage_positions().bottomRows(cage.n_vertices()), solver.cage_positions()), 1e-12);
+  }
+}
+
 TEST(CageArap, AShellWithoutConstraintsStays) {
   const MeshData near = rod();
   const Ends ends(near);

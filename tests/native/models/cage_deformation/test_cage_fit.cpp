@@ -88,6 +88,17 @@ TEST(CageFit, SmoothnessDrawsTheCageToTheMotionOfThePoints) {
   }
 }
 
+TEST(CageFit, LooseVerticesOfTheCageChangeNothing) {
+  const MeshData mesh = icosphere(1);
+  MeshData with_loose = mesh;
+  for (int k = 0; k < mesh.n_vertices(); ++k) with_loose.add_vertex({30, 20, 10});
+  const Positions points = points_inside(mesh, 30);
+  const Positions moved = points + Random(3).noise(30, .2);
+  const Positions expected = CageDeformation(mesh.mesh(), points).fit(moved, 1e-2);
+  const Positions result = CageDeformation(with_loose.mesh(), points).fit(moved, 1e-2);
+  EXPECT_LT(max_distance(result.topRows(mesh.n_vertices()), expected), 1e-9);
+}
+
 TEST(CageFit, SeveralThreadsMayFitAtOnce) {
   const MeshData mesh = bumpy_sphere(1);
   const CageDeformation cage(mesh.mesh(), points_inside(mesh, 100));
