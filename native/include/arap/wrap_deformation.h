@@ -13,7 +13,7 @@ inline namespace ARAP_COMPILED_ALIKE {
 
 /// Fixed at bind.
 struct WrapOptions {
-  /// Vertices of the surface that a point hangs on, 1 to 64.
+  /// Vertices of the surface that a point hangs on, 1 to 64; deep inside they are more.
   int anchors = 12;
 
   /// Points near the surface keep their distance from it, on the side where they were at rest.
@@ -61,7 +61,8 @@ class WrapSurface {
 ///
 /// The anchors of a point are connected along the surface with the vertex nearest to it, through vertices that are
 /// near, too: a ring takes nothing from the next finger. The farther a point is from the surface, the coarser are its
-/// anchors, so that it does not follow what is small.
+/// anchors, so that it does not follow what is small. A point deep inside, as on a bone, hangs on the walls all around,
+/// as far as twice the distance of the nearest: so it does not leave its neighbours that are nearer to another wall.
 ///
 /// The surface may be any: open, not manifold, turned inside out, loose triangles, points without faces. Vertices at
 /// the same place are one.

@@ -31,7 +31,8 @@ class Side {
 
   /// @param away   distance of the point from the triangle
   /// @param above  its distance from the plane, < 0: behind it
-  Side(const Vector3& ab, const Vector3& ac, const Vector3& place, double away, double above) {
+  /// @param share  of what pushes it
+  Side(const Vector3& ab, const Vector3& ac, const Vector3& place, double away, double above, double share) {
     const double longest = longest_edge(ab, ac);
     put(side::kAB, ab / longest);
     put(side::kAC, ac / longest);
@@ -40,7 +41,7 @@ class Side {
     if (squared >= std::pow(kLeastHeight * longest * longest, 2))
       put(side::kInverse, Vector3(ac.squaredNorm(), -ab.dot(ac), ab.squaredNorm()) * longest * longest / squared);
     numbers_[side::kDistance] = above / longest;
-    numbers_[side::kStrength] = std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
+    numbers_[side::kStrength] = share * std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
     numbers_[side::kPerEdge] = 1 / longest;
   }
 
@@ -82,7 +83,8 @@ double most_common(const std::vector<double>& logarithms) {
 }  // namespace
 
 SurfaceSides::SurfaceSides(const SurfaceTriangles& triangles, const Positions& points,
-                           const std::vector<int>& nearest_node, int threads, UsedVertices& used) {
+                           const std::vector<int>& nearest_node, const std::vector<double>& around, int threads,
+                           UsedVertices& used) {
   if (triangles.is_empty()) return;
   const auto n = static_cast<int>(points.rows());
   const size_t n_blocks = (static_cast<size_t>(n) + kWrapBlock - 1) / kWrapBlock;
@@ -95,9 +97,9 @@ SurfaceSides::SurfaceSides(const SurfaceTriangles& triangles, const Positions& p
       const SurfaceTriangles::Nearest nearest = triangles.nearest(nearest_node[p], place);
       const double away = std::sqrt(nearest.squared);
       Side its;
-      if (nearest.triangle >= 0 && std::abs(nearest.above) >= kLeastAbove * away) {
+      if (nearest.triangle >= 0 && std::abs(nearest.above) + kWrapRounding >= kLeastAbove * away) {
         const auto [a, ab, ac] = triangles.at(nearest.triangle);
-        its = Side(ab, ac, place - a, away, nearest.above);
+        its = Side(ab, ac, place - a, away, nearest.above, 1 - around[p]);
         if (!its.is_far()) triangle_of_point[p] = nearest.triangle;
       }
       its.write(numbers_, p);

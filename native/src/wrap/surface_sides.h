@@ -15,15 +15,16 @@ namespace arap {
 /// Keeps points on the side of the surface where they were at rest, at their distance from it. Each has the plane of
 /// the triangle nearest to it; this moves with the surface. So it does not matter which way faces are turned. Only
 /// points that are near, measured by the triangle's size, are held so: farther away the surface bends less between its
-/// vertices than the point is away. Distances grow with most of the surface, and if a triangle is far larger or smaller
-/// than that.
+/// vertices than the point is away. Nor are those that hang on walls on all sides. Distances grow with most of the
+/// surface, and if a triangle is far larger or smaller than that.
 class SurfaceSides {
  public:
   SurfaceSides() = default;
   /// @param points   (n, 3) in the space of the triangles
   /// @param nearest  of each point the nearest node of the first level
-  SurfaceSides(const SurfaceTriangles& triangles, const Positions& points, const std::vector<int>& nearest, int threads,
-               UsedVertices& used);
+  /// @param around   of each point how much it hangs on walls on all sides, 0 to 1
+  SurfaceSides(const SurfaceTriangles& triangles, const Positions& points, const std::vector<int>& nearest,
+               const std::vector<double>& around, int threads, UsedVertices& used);
 
   /// How many times as long as at rest the lengths along the triangles are, by most of them that agree: a body that
   /// only bends is as large as before, whatever similarity fits it best.

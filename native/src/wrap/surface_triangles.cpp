@@ -29,12 +29,23 @@ SurfaceTriangles::SurfaceTriangles(const PolygonMesh& surface, const SurfaceLeve
       at_node_(level_.n_nodes(), [&](const auto& add) {
         for (size_t t = 0; t < corners_.size(); ++t)
           for (const int v : corners_[t]) add(levels.node_of_vertex()[v], static_cast<int>(t));
-      }) {}
+      }) {
+  for (const auto& [a, b, c] : corners_) volume_ += place(a).dot(place(b).cross(place(c)));
+}
 
 SurfaceTriangles::Places SurfaceTriangles::at(int triangle) const {
   const Corners& its = corners_[triangle];
   const Vector3 a = place(its[0]);
   return {a, place(its[1]) - a, place(its[2]) - a};
+}
+
+bool SurfaceTriangles::is_behind(int node, const Vector3& place) const {
+  double above = 0;
+  for (const int t : at_node_.of(node)) {
+    const auto [a, ab, ac] = at(t);
+    above += ab.cross(ac).dot(place - a);
+  }
+  return above * volume_ < 0;
 }
 
 SurfaceTriangles::Nearest SurfaceTriangles::nearest(int node, const Vector3& place) const {
@@ -52,12 +63,13 @@ void SurfaceTriangles::look_at(int node, const Vector3& place, Nearest& nearest)
     const double squared = (place - nearest_in_triangle(place, a, a + ab, a + ac)).squaredNorm();
     const double above = area.dot(place - a) / area.norm();
     constexpr double kSame = 1e-6;  // not rounding decides
-    if (std::abs(squared - nearest.squared) > kSame * squared) {
+    const double distance = std::sqrt(squared);
+    if (std::abs(distance - std::sqrt(nearest.squared)) > kSame * distance + kWrapRounding) {
       if (squared < nearest.squared) nearest = {squared, above, t};
       continue;
     }
     const double facing = std::abs(above) - std::abs(nearest.above);
-    if (std::abs(facing) > kSame * std::sqrt(squared) ? facing > 0 : t < nearest.triangle)
+    if (std::abs(facing) > kSame * distance + kWrapRounding ? facing > 0 : t < nearest.triangle)
       nearest = {squared, above, t};
   }
 }

@@ -13,6 +13,9 @@
 
 namespace arap {
 
+/// What rounding leaves of a distance 0 on a surface of diagonal 1, a million diagonals from the origin.
+inline constexpr double kWrapRounding = 1e-8;
+
 /// Of the edges ab, ac and bc of a triangle.
 [[nodiscard]] inline double longest_edge(const Vector3& ab, const Vector3& ac) {
   return std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
@@ -44,6 +47,10 @@ class SurfaceTriangles {
   [[nodiscard]] const Corners& corners(int triangle) const { return corners_[triangle]; }
   [[nodiscard]] Places at(int triangle) const;
 
+  /// Whether a place is inside as seen from the node of the first level that is nearest to it: behind the triangles
+  /// there, whichever way most of the surface faces. Of a sheet either side may be.
+  [[nodiscard]] bool is_behind(int node, const Vector3& place) const;
+
   /// Of those at a node of the first level and at its neighbours.
   [[nodiscard]] Nearest nearest(int node, const Vector3& place) const;
 
@@ -57,6 +64,7 @@ class SurfaceTriangles {
   const SurfaceLevel& level_;  ///< the first
   std::vector<Corners> corners_;
   Grouped at_node_;
+  double volume_ = 0;  ///< six times what the surface encloses; < 0: its faces are turned inwards
 };
 
 }  // namespace arap

@@ -49,15 +49,18 @@ WrapPoints::WrapPoints(const SurfaceAtRest& surface, const Positions& points, in
   }
   const int threads = workers_.threads();
   const SurfaceLevels& levels = surface.levels();
-  const std::vector<AnchorLists> lists =
-      find_anchors(levels, surface.tree(), within, n_anchors, threads, meter.part(.7));
+  const std::vector<AnchorLists> lists = find_anchors(surface, within, n_anchors, threads, meter.part(.7));
   UsedVertices used;
   maps_ = AnchorMaps(levels, set_weights(levels, lists), threads, used);
   meter.add(.15);
   if (stay_outside) {
     std::vector<int> nearest;
-    for (const AnchorLists& list : lists) nearest.insert(nearest.end(), list.nearest.begin(), list.nearest.end());
-    sides_ = SurfaceSides(surface.triangles(), within, nearest, threads, used);
+    std::vector<double> around;
+    for (const AnchorLists& list : lists) {
+      nearest.insert(nearest.end(), list.nearest.begin(), list.nearest.end());
+      around.insert(around.end(), list.around.begin(), list.around.end());
+    }
+    sides_ = SurfaceSides(surface.triangles(), within, nearest, around, threads, used);
   }
   used_ = used.vertices();
   used_rest_ = surface.places()(used_, all);
@@ -78,6 +81,7 @@ std::vector<AnchorMaps::Node> WrapPoints::set_weights(const SurfaceLevels& level
   offsets_.assign(1, 0);
   for (const AnchorLists& list : lists) offsets_.insert(offsets_.end(), list.counts.begin(), list.counts.end());
   make_offsets(offsets_);
+  require_memory(static_cast<double>(offsets_.back()) * sizeof(AnchorWeight), "so many points");
   weights_.reserve(offsets_.back());
   for (const AnchorLists& list : lists)
     for (const PointAnchor& anchor : list.anchors) {

@@ -199,6 +199,54 @@ TEST(WrapDeformation, AFingersRingTakesNothingFromTheNextFinger) {
   EXPECT_LT(max_distance(WrapDeformation(mesh.mesh(), points).deform(moved), points), .02);
 }
 
+/// In double, as coordinates of a map in metres are.
+TEST(WrapDeformation, LosesNothingFarFromTheOrigin) {
+  const MeshData mesh = bumpy_sphere(3);
+  const Positions points = points_around(mesh);
+  const Positions moved = bent(mesh.positions());
+  const Row away(5e5, 5.4e6, 300);
+  const MeshData there = transformed(mesh, [&](const Vector3& x) { return Vector3(x + away.transpose()); });
+  const Positions expected = WrapDeformation(mesh.mesh(), points).deform(moved);
+  const Positions result = WrapDeformation(there.mesh(), points.rowwise() + away).deform(moved.rowwise() + away);
+  EXPECT_LT(max_distance(result.rowwise() - away, expected), 1e-6 * mesh.diagonal());
+}
+
+/// The sides of a bar are stretched and pressed where it bends. What is in its middle must not choose one of them.
+TEST(WrapDeformation, WhatIsDeepInsideKeepsItsShape) {
+  constexpr double kAngle = 1.57;
+  const auto bend = [](const Positions& rest) {
+    constexpr double kRadius = 2 / kAngle;  // of the middle half of a bar of length 4
+    Positions result(rest.rows(), 3);
+    for (Eigen::Index k = 0; k < rest.rows(); ++k) {
+      const double angle = std::clamp(rest(k, 0) / kRadius, -kAngle / 2, kAngle / 2);
+      const double beyond = rest(k, 0) - kRadius * angle;
+      const double radius = kRadius - rest(k, 2);
+      result.row(k) = Row(radius * std::sin(angle) + beyond * std::cos(angle), rest(k, 1),
+                          kRadius - radius * std::cos(angle) + beyond * std::sin(angle));
+    }
+    return result;
+  };
+  const MeshData bone = box({40, 2, 2}, {3.6, .15, .15}, Faces::kQuads);
+  const Positions at_rest = bone.positions();
+  for (const Faces faces : {Faces::kQuads, Faces::kTriangles})
+    for (const int n : {2, 3, 4, 8, 16}) {
+      MeshData bar = box({4 * n, n, n}, {4, 1, 1}, faces);
+      for (const bool is_turned : {false, true}) {
+        if (is_turned)
+          for (std::vector<int>& face : bar.faces) std::reverse(face.begin(), face.end());
+        const Positions moved = WrapDeformation(bar.mesh(), at_rest).deform(bend(bar.positions()));
+        for (const std::vector<int>& face : bone.faces)
+          for (size_t k = 0; k < face.size(); ++k) {
+            const int a = face[k];
+            const int b = face[(k + 1) % face.size()];
+            const double stretch = (moved.row(a) - moved.row(b)).norm() / (at_rest.row(a) - at_rest.row(b)).norm();
+            EXPECT_GT(stretch, .8) << n;
+            EXPECT_LT(stretch, 1.3) << n;
+          }
+      }
+    }
+}
+
 TEST(WrapDeformation, FarPointsDoNotFollowOneTriangle) {
   const MeshData mesh = grid(40, Faces::kQuads);
   Positions points(2, 3);
