@@ -40,7 +40,8 @@ struct LatticeOptions {
 /// B-splines around the mesh, so an iteration costs the same at every density of the mesh.
 ///
 /// The same three acts as SurfaceArap, with the same rules. Any mesh serves: open, not manifold, of several parts,
-/// turned inside out. Parts without an inside, as sheets, are posed as surfaces beside the others, with default
+/// turned inside out. A closed part inside of another one and turned the other way is its void, and one part with it.
+/// Parts without an inside, as sheets, are posed as surfaces beside the others, with default
 /// options. If no part has an inside, the cubes that they pass through carry them: see has_inside().
 class LatticeArap {
  public:

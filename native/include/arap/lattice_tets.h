@@ -22,6 +22,7 @@ struct LatticeTets {
 
   /// The cubes of the lattice of LatticeArap, each cut into six tetrahedra. What is not connected within a cube has a
   /// copy of it each, as two fingers have, and cubes that hang together share corners. Cubes at the surface are whole.
+  /// A closed part inside of another one and turned the other way is its void.
   /// @param cube_size  as LatticeOptions::cube_size
   /// Throws InvalidInput for a bad cube_size, too many cubes, or a mesh without faces or size; Cancelled when
   /// `progress` returns false.

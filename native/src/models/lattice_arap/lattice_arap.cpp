@@ -12,6 +12,7 @@
 #include "base/format_message.h"
 #include "lattice/lattice.h"
 #include "lattice/segment_core.h"
+#include "lattice/voids.h"
 #include "mesh/surface_measures.h"
 #include "models/input_checks.h"
 #include "models/lattice_arap/exact_vertices.h"
@@ -125,7 +126,7 @@ struct LatticeArap::Impl {
 
   PolygonMesh make_model(const PolygonMesh& input, const LatticeOptions& options) {
     if (options.join_seams) space.join(input.same_places(choose_threads(options.threads, input.n_vertices())));
-    return space.make_model(input);
+    return join_voids(space.make_model(input));
   }
 
   const PreparedModel& prepare(const LatticeOptions& options, const Progress& progress) {

@@ -8,6 +8,7 @@
 #include "arap/lattice_arap.h"
 #include "base/format_message.h"
 #include "lattice/lattice.h"
+#include "lattice/voids.h"
 #include "mesh/surface_measures.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
@@ -83,7 +84,7 @@ LatticeTets LatticeTets::around(const PolygonMesh& surface, double cube_size, co
   options.validate();
   require_surface(surface);
   const ModelSpace space(surface);
-  const PolygonMesh model = space.make_model(surface);
+  const PolygonMesh model = join_voids(space.make_model(surface));
   Meter meter(progress, "cutting into tetrahedra was cancelled");
   const double size = choose_cube_size(model, cube_size, 1, {&meter, 0});
   const MeshPieces pieces(model, size, {&meter, 0.8});

@@ -55,6 +55,34 @@ TEST(LatticeArap, RestsAndMovesRigidly) {
   }
 }
 
+/// Its inner wall keeps its distance from the outer one, however thin it is between them.
+TEST(LatticeArap, AHollowRodIsOnePart) {
+  const MeshData outer = rod();
+  for (const double share : {.5, .8, .98, .999}) {
+    MeshData inner = transformed(outer, [&](const Vector3& x) { return Vector3(share * x); });
+    for (std::vector<int>& face : inner.faces) std::reverse(face.begin(), face.end());
+    const MeshData mesh = join(outer, inner);
+    const Task task = bend_task(outer, default_bend(outer));
+    LatticeArap solver(mesh.mesh(), coarse());
+    EXPECT_EQ(solver.n_parts(), 1);
+    EXPECT_EQ(*std::ranges::max_element(solver.part_of_vertex()), 0);
+    solver.set_constraints(task.constraints);
+    const SolveResult result = solver.solve(task.targets, to_accuracy(1e-6));
+    EXPECT_TRUE(result.parts_at_rest.empty());
+    double least = 1;
+    double most = 1;
+    for (int v = 0; v < outer.n_vertices(); ++v) {
+      constexpr double kOfACube = .02;
+      const double at_rest = (1 - share) * outer.vertices[v].norm();
+      const double now = (result.positions.row(v) - result.positions.row(outer.n_vertices() + v)).norm();
+      least = std::min(least, (now + kOfACube) / (at_rest + kOfACube));
+      most = std::max(most, (now + kOfACube) / (at_rest + kOfACube));
+    }
+    EXPECT_GT(least, .5) << share;
+    EXPECT_LT(most, 2) << share;
+  }
+}
+
 TEST(LatticeArap, HardVerticesAreAtTheirTargets) {
   const MeshData mesh = bumpy_sphere(3);
   Task task = hold(mesh, extreme_vertices(mesh.positions(), 0, .2));

@@ -46,6 +46,16 @@ struct Held {
   }
 };
 
+/// There are no tetrahedra in the void, and both walls hang on those between them.
+TEST(LatticeTets, OfAHollowBoxAreOnePartAroundTheVoid) {
+  const MeshData outer = box({4, 4, 4}, {1, 1, 1}, Faces::kQuads);
+  MeshData inner = transformed(outer, [](const Vector3& x) { return Vector3(.6 * x); });
+  for (std::vector<int>& face : inner.faces) std::reverse(face.begin(), face.end());
+  const LatticeTets tets = LatticeTets::around(join(outer, inner).mesh(), .05);
+  EXPECT_EQ(tets.mesh.n_parts(), 1);
+  EXPECT_GT(tets.mesh.positions().rowwise().lpNorm<Eigen::Infinity>().minCoeff(), .1);
+}
+
 TEST(LatticeTets, EveryVertexIsInItsTetrahedron) {
   for (const MeshData& mesh : all_small_meshes()) {
     if (mesh.mesh().diagonal() == 0) continue;
