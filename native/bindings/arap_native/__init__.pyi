@@ -232,7 +232,7 @@ class WrapOptions:
     """Options of a WrapDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
     anchors: int
-    """Vertices of the surface that a point hangs on, 1 to 64."""
+    """Vertices of the surface that a point hangs on, 1 to 64; deep inside they are more."""
     stay_outside: bool
     """Whether points near the surface keep their distance from it, on the side where they were at rest."""
     threads: int
@@ -514,7 +514,8 @@ class LatticeArap(Model):
     A limb that is twisted or bent keeps its volume, which a surface alone does not. The unknowns are the control points
     of a lattice around the mesh, so an iteration costs the same at every density of the mesh. Constrained vertices pull
     the lattice; what it leaves of hard ones is spread over two cubes around them, so these are exactly at their
-    targets. Parts without an inside, as sheets, are posed as surfaces beside the others.
+    targets. A closed part inside of another one and turned the other way is its void, and one part with it. Parts
+    without an inside, as sheets, are posed as surfaces beside the others.
 
     Strengths: omega_v = s / (1 - s) times the area at the vertex over the size of a cube, or more if a cube has little
     area that is constrained.
@@ -781,7 +782,8 @@ class LatticeTets:
     """Tetrahedra around a surface and what is inside it, for a TetArap to pose the surface by.
 
     They are the cubes of the lattice of LatticeArap, cut into six each. What is not connected within a cube has a copy
-    of it each, as two fingers have, and cubes that hang together share corners. Cubes at the surface are whole.
+    of it each, as two fingers have, and cubes that hang together share corners. Cubes at the surface are whole. A
+    closed part inside of another one and turned the other way is its void.
 
         tets = LatticeTets(rest_positions, faces)
         model = TetArap(tets.rest_positions, tets.tets)
@@ -1007,9 +1009,10 @@ class WrapSurface:
 class WrapDeformation:
     """Points that a deforming surface carries along: clothes, hair cards, eyes. Construction binds them.
 
-    A wrap deformer: a point follows the surface's vertices near it, how they move, turn and grow. The surface may be
-    any: open, not manifold, turned inside out, loose triangles, points without faces. No Model, since nothing is
-    constrained or solved: deform() is given all vertices of the surface. Calls may run in several threads at once.
+    A wrap deformer: a point follows the surface's vertices near it, how they move, turn and grow. Deep inside, as on a
+    bone, these are the walls all around. The surface may be any: open, not manifold, turned inside out, loose
+    triangles, points without faces. No Model, since nothing is constrained or solved: deform() is given all vertices of
+    the surface. Calls may run in several threads at once.
     """
 
     def __init__(
@@ -1121,7 +1124,8 @@ def transfer_cage(
 
     After CageDeformation.fit() of a shape and before CageDeformation.deform() of another, it carries a deformation from
     the one to the other. Where the source has turned, grown and moved, the target turns and grows alike, about its own
-    middle, which moves as the source's does.
+    middle, which moves as the source's does. Of several shells each goes as its own in the source: one that did not
+    move stays.
 
     Args:
         source: the cage at rest, as for CageArap.
@@ -1146,7 +1150,7 @@ def same_places(
 ) -> NDArray[np.int32]:
     """For each vertex the first one at its place, (n,) int32.
 
-    Along each axis a vertex may differ from the first one by 1e-6 of the bounding-box diagonal, or by what single
-    precision rounds so far from the origin: a seam that an import has torn is one place. The arguments are those of
-    SurfaceArap.
+    Along each axis a vertex may differ from the first one by 1e-6 of the bounding-box diagonal, or by what rounds so
+    far from the origin: single precision, if all coordinates are that. So a seam that an import has torn is one place.
+    The arguments are those of SurfaceArap.
     """
