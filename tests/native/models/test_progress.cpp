@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What all long calls have in common: they tell how far they are, up to 1, and may be stopped at every word.
+// What all long calls have in common: they tell how far they are, up to 1, and may be stopped, also there.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,14 +35,21 @@ struct Call {
 };
 
 /// The fractions that a call tells.
-/// @param stop_at  the word that stops it; -1: none does
-std::vector<double> told_by(const Call& call, int stop_at = -1) {
+/// @param stop_at  from this one on it is stopped; which there are hangs on time, but for the last
+std::vector<double> told_by(const Call& call, double stop_at = 2) {
   std::vector<double> told;
   call.act([&](double fraction) {
     told.push_back(fraction);
-    return static_cast<int>(told.size()) != stop_at;
+    return fraction < stop_at;
   });
   return told;
+}
+
+/// Few cubes.
+arap::LatticeOptions coarse() {
+  arap::LatticeOptions options;
+  options.cube_size = .1;
+  return options;
 }
 
 /// All that do not change an object, which throw Cancelled.
@@ -54,7 +61,7 @@ std::vector<Call> calls_that_throw() {
   static const Positions points = .5 * mesh.positions();
   return {
       {"SurfaceArap", [](const Progress& p) { arap::SurfaceArap(surface, {}, {}, p); }},
-      {"LatticeArap", [](const Progress& p) { arap::LatticeArap(surface, {}, {}, p); }},
+      {"LatticeArap", [](const Progress& p) { arap::LatticeArap(surface, coarse(), {}, p); }},
       {"PoissonEditing", [](const Progress& p) { arap::PoissonEditing(surface, {}, p); }},
       {"EmbeddedDeformation", [](const Progress& p) { arap::EmbeddedDeformation(surface, {}, p); }},
       {"CageArap", [](const Progress& p) { arap::CageArap(surface, cage, {}, p); }},
@@ -72,14 +79,14 @@ std::vector<Call> calls_that_throw() {
   };
 }
 
-TEST(ProgressOfAll, RisesToOneAndMayStopTheCallAtEveryWord) {
+TEST(ProgressOfAll, RisesToOneAndMayStopTheCall) {
   for (const Call& call : calls_that_throw()) {
     const std::vector<double> told = told_by(call);
     ASSERT_FALSE(told.empty()) << call.name;
     EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << call.name;
     EXPECT_EQ(told.back(), 1) << call.name;
-    for (const int stop_at : {1, static_cast<int>(told.size())})
-      EXPECT_THROW(told_by(call, stop_at), arap::Cancelled) << call.name << " at word " << stop_at;
+    for (const double stop_at : {0., 1.})
+      EXPECT_THROW(told_by(call, stop_at), arap::Cancelled) << call.name << " at " << stop_at;
   }
 }
 
@@ -95,7 +102,7 @@ void expect_acts_to_rise_to_one(Model model, const Positions& rest, const std::s
   ASSERT_FALSE(of_set.empty()) << name;
   EXPECT_TRUE(std::is_sorted(of_set.begin(), of_set.end())) << name;
   EXPECT_EQ(of_set.back(), 1) << name;
-  for (const int n : {1, 1000}) {
+  for (const int n : {1, 20}) {
     const std::vector<double> told =
         told_by({name, [&](const Progress& p) { model.solve(targets, iterations(n), {}, p); }});
     ASSERT_FALSE(told.empty()) << name;
@@ -109,8 +116,7 @@ void expect_acts_to_rise_to_one(Model model, const Positions& rest, const std::s
                      model.reset();
                      model.solve(targets, iterations(1), {}, p);
                    }};
-  const auto last = static_cast<int>(told_by(solve).size());
-  EXPECT_EQ(static_cast<int>(told_by(solve, last).size()), last) << name;
+  EXPECT_EQ(told_by(solve, 1).back(), 1) << name;
   EXPECT_EQ(model.positions(), before) << name;
 }
 
@@ -119,7 +125,7 @@ TEST(ProgressOfAll, RisesToOneInConstraintsAndSolves) {
   const arap::PolygonMesh surface = mesh.mesh();
   const TetMesh tets = tet_blocks(3, 1, 1);
   expect_acts_to_rise_to_one(arap::SurfaceArap(surface), mesh.positions(), "SurfaceArap");
-  expect_acts_to_rise_to_one(arap::LatticeArap(surface), mesh.positions(), "LatticeArap");
+  expect_acts_to_rise_to_one(arap::LatticeArap(surface, coarse()), mesh.positions(), "LatticeArap");
   expect_acts_to_rise_to_one(arap::PoissonEditing(surface), mesh.positions(), "PoissonEditing");
   expect_acts_to_rise_to_one(arap::EmbeddedDeformation(surface), mesh.positions(), "EmbeddedDeformation");
   expect_acts_to_rise_to_one(arap::CageArap(surface, arap::make_cage(surface, 4)), mesh.positions(), "CageArap");

@@ -120,6 +120,7 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
   if (cost(rigid.state, rigid.gaps) < kFarLess * cost(at.state, at.gaps)) at = std::move(rigid);
   Report report;
   report.energy_before = energy(at);
+  double told = 0;
   double first_step = 0;
   double former_step = std::numeric_limits<double>::infinity();
   while (report.iterations < options.max_iterations) {
@@ -147,7 +148,9 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
       learn(at, gap);
       former_step = std::numeric_limits<double>::infinity();
     }
-    if (progress && !progress(progress_of(first_step, taken.whole, options.accuracy))) {
+    // Steps grow again when multipliers are learned.
+    told = std::max(told, progress_of(first_step, taken.whole, options.accuracy));
+    if (progress && !progress(told)) {
       report.stop_reason = StopReason::kCancelled;
       break;
     }
