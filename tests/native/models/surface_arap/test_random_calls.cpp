@@ -131,6 +131,7 @@ class RandomCalls {
       act();
     } catch (const arap::InvalidInput&) {
     } catch (const arap::SolverError&) {
+    } catch (const arap::Cancelled&) {
     }
   }
 
