@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "arap/cage.h"
-#include "arap/error.h"
 #include "base/available_memory.h"
-#include "base/format_message.h"
 #include "base/grouped.h"
+#include "base/option_bounds.h"
 #include "geometry/nearest_in_triangle.h"
 #include "lattice/cube_grid.h"
 #include "lattice/triangle_cubes.h"
@@ -350,8 +349,7 @@ inline namespace ARAP_COMPILED_ALIKE {
 PolygonMesh make_cage(const PolygonMesh& mesh, int cells, const Progress& progress) {
   constexpr int kFewest = 2;
   constexpr int kMost = 50;
-  if (cells < kFewest || cells > kMost)
-    throw InvalidInput(text("cells = ", cells, ", must be >= ", kFewest, " and <= ", kMost));
+  require_between("cells", cells, kFewest, kMost);
   require_surface(mesh);
   const UnitMesh unit(mesh);
   const double size = 1. / cells;

@@ -6,6 +6,7 @@
 
 #include "arap/mesh.h"
 
+#include "base/option_bounds.h"
 #include "base/union_find.h"
 #include "geometry/duplicate_points.h"
 #include "mesh/surface_measures.h"
@@ -45,6 +46,7 @@ double largest_single(const PolygonMesh& mesh) {
 }  // namespace
 
 std::vector<int> PolygonMesh::same_places(int threads, const Progress& progress) const {
+  require_threads(threads);
   Meter meter(progress, "the search for vertices at the same place was cancelled");
   const Eigen::AlignedBox3d box = surface_box(*this);
   const double diagonal = box.diagonal().norm();

@@ -22,12 +22,6 @@ std::string target_name(const ConstraintSet& set, int k) {
 
 }  // namespace
 
-void require_threads(int threads) {
-  constexpr int kMostThreads = 1024;
-  if (threads < 0 || threads > kMostThreads)
-    throw InvalidInput(text("threads = ", threads, ", must be 0 (as many as pay) to ", kMostThreads));
-}
-
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected) {
   if (rows != expected) throw InvalidInput(text(what, " has ", rows, " rows, expected ", expected));
 }

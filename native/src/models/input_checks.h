@@ -17,9 +17,6 @@ namespace arap {
 
 /// What every face checks before it hands something to the engine. All throw InvalidInput.
 
-/// An option.
-void require_threads(int threads);
-
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected);
 
 /// Finite and below 1e100.

@@ -5,15 +5,14 @@
 
 #include "arap/error.h"
 #include "base/format_message.h"
-#include "models/input_checks.h"
+#include "base/option_bounds.h"
 
 namespace arap {
 
 void Options::validate() const {
   // Below this no two vertices of a mesh in single precision share a node.
   constexpr double kSmallestRadius = 1e-6;
-  if (!(rigidity_radius >= kSmallestRadius && rigidity_radius <= 1))
-    throw InvalidInput(text("rigidity_radius = ", rigidity_radius, ", must be >= 1e-6 and <= 1"));
+  require_between("rigidity_radius", rigidity_radius, kSmallestRadius, 1);
   require_threads(threads);
 }
 

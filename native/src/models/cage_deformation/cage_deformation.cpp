@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/cage.h"
+#include "base/option_bounds.h"
 #include "cages/cage_points.h"
 #include "cages/cage_weights.h"
 #include "cages/harmonic.h"
@@ -13,8 +14,7 @@ namespace arap {
 void CageOptions::validate() const {
   constexpr double kFinest = .005;
   constexpr double kCoarsest = .1;
-  if (!(grid_spacing >= kFinest && grid_spacing <= kCoarsest))
-    throw InvalidInput(text("grid_spacing = ", grid_spacing, ", must be >= ", kFinest, " and <= ", kCoarsest));
+  require_between("grid_spacing", grid_spacing, kFinest, kCoarsest);
   require_threads(threads);
 }
 
@@ -57,8 +57,7 @@ Positions CageDeformation::fit(const Positions& positions, double smoothness, co
   require_rows("positions", positions.rows(), n_points());
   require_finite("positions", positions, [](int k) { return text("row ", k); });
   constexpr double kLeast = 1e-12;
-  if (!(smoothness >= kLeast && smoothness <= 1))
-    throw InvalidInput(text("smoothness = ", smoothness, ", must be >= ", kLeast, " and <= 1"));
+  require_between("smoothness", smoothness, kLeast, 1);
   if (impl_->points.coordinates() == CageCoordinates::kGreen)
     throw InvalidInput(
         "Green coordinates are not linear in the cage, so no cage can be fitted by them; take mean value or harmonic "

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "base/format_message.h"
+#include "base/option_bounds.h"
 #include "geometry/rotation.h"
 #include "mesh/surface_measures.h"
 #include "models/embedded_deformation/newton_steps.h"
@@ -18,7 +18,7 @@ namespace {
 
 void require_weight(const char* name, double weight) {
   // Terms that differ by more: a step is lost in the largest of them.
-  if (!(weight >= 0.1 && weight <= 1000)) throw InvalidInput(text(name, " = ", weight, ", must be >= 0.1 and <= 1000"));
+  require_between(name, weight, 0.1, 1000);
 }
 
 /// In model space.
@@ -48,8 +48,7 @@ GraphConstraints constraints_on(const DeformationGraph& graph, const ConstraintS
 
 void EmbeddedOptions::validate() const {
   constexpr double kSmallest = 0.005;
-  if (!(node_distance >= kSmallest && node_distance <= 1))
-    throw InvalidInput(text("node_distance = ", node_distance, ", must be >= 0.005 and <= 1"));
+  require_between("node_distance", node_distance, kSmallest, 1);
   require_weight("rotation_weight", rotation_weight);
   require_weight("regularization_weight", regularization_weight);
   require_weight("constraint_weight", constraint_weight);

@@ -10,6 +10,7 @@
 #include "arap/error.h"
 #include "base/eigen_compat.h"
 #include "base/format_message.h"
+#include "base/option_bounds.h"
 #include "lattice/lattice.h"
 #include "lattice/segment_core.h"
 #include "lattice/voids.h"
@@ -101,11 +102,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }  // namespace
 
 void LatticeOptions::validate() const {
-  if (cube_size != 0 && !(cube_size >= 1e-3 && cube_size <= 1))
-    throw InvalidInput(text("cube_size = ", cube_size, ", must be 0 or between 0.001 and 1"));
-  if (!(keep_volume >= 0 && keep_volume <= 1))
-    throw InvalidInput(text("keep_volume = ", keep_volume, ", must be between 0 and 1"));
-  if (threads < 0) throw InvalidInput(text("threads is ", threads, ", must be at least 0"));
+  if (cube_size != 0) require_between("cube_size", cube_size, 1e-3, 1, ", or 0");
+  require_between("keep_volume", keep_volume, 0, 1);
+  require_threads(threads);
 }
 
 struct LatticeArap::Impl {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/available_memory.h"
+#include "base/option_bounds.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
 #include "models/poisson_editing/poisson_solver.h"

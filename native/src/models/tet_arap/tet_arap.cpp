@@ -2,6 +2,7 @@
 #include "arap/tet_arap.h"
 
 #include "base/available_memory.h"
+#include "base/option_bounds.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
 #include "models/tet_arap/tet_model.h"

@@ -2,6 +2,7 @@
 #include "arap/wrap_deformation.h"
 
 #include "arap/error.h"
+#include "base/option_bounds.h"
 #include "models/carried_points.h"
 #include "models/input_checks.h"
 #include "parallel/meter.h"
@@ -49,8 +50,7 @@ void require_input(const Positions& points, const WrapOptions& options, const st
 
 void WrapOptions::validate() const {
   constexpr int kMostAnchors = 64;
-  if (anchors < 1 || anchors > kMostAnchors)
-    throw InvalidInput(text("anchors = ", anchors, ", must be >= 1 and <= ", kMostAnchors));
+  require_between("anchors", anchors, 1, kMostAnchors);
   require_threads(threads);
 }
 
