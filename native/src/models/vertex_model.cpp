@@ -16,12 +16,19 @@ VertexModel::VertexModel(const ModelSpace& space, const PreparedModel& model, in
       user_(space, model.part_of_vertex, model.workers),
       engine_(model) {}
 
-void VertexModel::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
+VertexModel::Change VertexModel::prepare(const ConstraintSet& constraints, const Progress& progress) {
   user_.require_constraints(constraints);
-  if (engine_.has_constraints() && constraints == constraints_) return;
-  ConstraintSet copy = constraints;
-  engine_.set_constraints({space_.to_model(constraints), {}}, progress);
-  constraints_ = std::move(copy);
+  Change change;
+  change.constraints = constraints;
+  if (!engine_.has_constraints() || constraints != constraints_)
+    change.of_engine = engine_.prepare({space_.to_model(constraints), {}}, progress);
+  return change;
+}
+
+void VertexModel::take(Change change) noexcept {
+  if (change.of_engine.constraints == nullptr) return;
+  engine_.take(std::move(change.of_engine));
+  constraints_ = std::move(change.constraints);
 }
 
 SolveResult VertexModel::solve(const Positions& targets, const SolveOptions& options,
@@ -31,6 +38,8 @@ SolveResult VertexModel::solve(const Positions& targets, const SolveOptions& opt
   require_targets(constraints_, targets, rotations);
   require_out(out, user_.size());
   SolveResult result;
+  result.parts_at_rest = engine_.parts_at_rest();
+  result.loose_vertices = user_.loose_vertices();
   const auto hand_over = [&](const Positions& positions) { return user_.hand_over(positions, out, result); };
   IterationReport report;
   user_.guarded(out, engine_.positions(), [&] {
@@ -41,13 +50,7 @@ SolveResult VertexModel::solve(const Positions& targets, const SolveOptions& opt
   result.iterations = report.iterations;
   result.step = report.step;
   result.stop_reason = report.stop_reason;
-  result.parts_at_rest = engine_.parts_at_rest();
-  result.loose_vertices = user_.loose_vertices();
   return result;
-}
-
-void VertexModel::set_positions(const Positions& positions) {
-  engine_.set_positions(user_.checked_to_model(positions));
 }
 
 Positions VertexModel::positions() const { return space_.to_input(engine_.positions(), workers_); }

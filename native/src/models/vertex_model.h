@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "arap/constraints.h"
@@ -22,11 +23,20 @@ class VertexModel {
   /// @param dimension  of what has the energy: 2, a surface; 3, a solid
   VertexModel(const ModelSpace& space, const PreparedModel& model, int dimension);
 
-  void set_constraints(const ConstraintSet& constraints, const Progress& progress);
+  /// Constraints, to take() once nothing can fail any more.
+  struct Change {
+    ConstraintSet constraints;
+    Engine::Change of_engine;  ///< empty if these are the constraints already
+  };
+  [[nodiscard]] Change prepare(const ConstraintSet& constraints, const Progress& progress);
+  void take(Change change) noexcept;
   SolveResult solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
                     const Progress& progress, std::span<float> out);
-  void reset() { engine_.reset(); }
-  void set_positions(const Positions& positions);
+  [[nodiscard]] Pose at_rest() const { return engine_.at_rest(); }
+  [[nodiscard]] Pose fitted(const Positions& positions) { return engine_.fitted(user_.checked_to_model(positions)); }
+  void take(Pose pose) noexcept { engine_.take(std::move(pose)); }
+  /// As Engine::undo().
+  void undo() noexcept { engine_.undo(); }
   [[nodiscard]] Positions positions() const;
   [[nodiscard]] double energy(const Positions& positions);
   [[nodiscard]] Positions energy_gradient(const Positions& positions);

@@ -31,7 +31,7 @@ class DragPredictor {
   /// @param step  of its targets
   void learn(const Positions& step, const Workers& workers);
   /// The frame has no predecessor.
-  void forget() { *this = {}; }
+  void forget() noexcept { *this = {}; }
 
  private:
   /// (n, 3), rounded: a step has few digits anyway.

@@ -23,30 +23,37 @@ double fit_from_rest(CellPasses& passes, const Positions& positions) {
 
 }  // namespace
 
-Engine::Engine(const PreparedModel& model) : model_(model) { move_to_rest(); }
+Engine::Engine(const PreparedModel& model) : model_(model), pose_(at_rest()) {}
+
+Pose Engine::at_rest() const {
+  return {model_.rest, Rotations(model_.energy.n_cells(), Eigen::Quaterniond::Identity()),
+          model_.regions.fit_placements(model_.rest)};
+}
 
 void Engine::move_to_rest() {
-  if (steps_ != nullptr) steps_->forget_pose();
+  steps_->forget_pose();
   pose_.positions = model_.rest;
   pose_.rotations.assign(model_.energy.n_cells(), Eigen::Quaterniond::Identity());
   pose_.placements = model_.regions.fit_placements(pose_.positions);
 }
 
-void Engine::reset() {
-  move_to_rest();
-  last_targets_.resize(0, 3);
-}
-
-void Engine::set_positions(Positions positions) {
-  if (steps_ != nullptr) steps_->forget_pose();
+Pose Engine::fitted(Positions positions) {
+  if (steps_ != nullptr) steps_->forget();
   CellPasses& passes = model_.passes(Precision::kSingle);
   static_cast<void>(fit_from_rest(passes, positions));
-  passes.read_rotations(pose_.rotations);
-  pose_.positions = std::move(positions);
+  Pose pose;
+  passes.read_rotations(pose.rotations);
+  pose.positions = std::move(positions);
+  return pose;
+}
+
+void Engine::take(Pose pose) noexcept {
+  if (steps_ != nullptr) steps_->forget_pose();
+  kept_ = std::exchange(pose_, std::move(pose));
   last_targets_.resize(0, 3);
 }
 
-void Engine::end_search() {
+void Engine::end_search() noexcept {
   search_ = nullptr;
   steps_ = nullptr;
 }
@@ -65,13 +72,18 @@ void Engine::make_room() {
   return_freed_memory();  // of a change that failed, too
 }
 
-void Engine::set_constraints(const ModelConstraints& given, const Progress& progress) {
+Engine::Change Engine::prepare(const ModelConstraints& given, const Progress& progress) {
   if (model_.is_large()) make_room();
-  auto constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
-  auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
+  Change change;
+  change.constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
+  change.handle_rotations = std::make_unique<HandleRotations>(model_, *change.constraints);
+  return change;
+}
+
+void Engine::take(Change change) noexcept {
   end_search();
-  handle_rotations_ = std::move(handle_rotations);
-  constraints_ = std::move(constraints);
+  handle_rotations_ = std::move(change.handle_rotations);
+  constraints_ = std::move(change.constraints);
   last_targets_.resize(0, 3);
   ++n_factorizations_;
   if (model_.is_large()) return_freed_memory();
@@ -99,10 +111,16 @@ void Engine::keep_pose() {
   kept_.rotations = pose_.rotations;
 }
 
-void Engine::restore_pose() {
-  steps_->forget_pose();
-  copy_rows(model_.workers, kept_.positions, pose_.positions);
-  pose_.rotations = kept_.rotations;
+void Engine::restore_pose() noexcept {
+  if (steps_ != nullptr) steps_->forget_pose();
+  pose_.positions.swap(kept_.positions);
+  pose_.rotations.swap(kept_.rotations);
+}
+
+void Engine::undo() noexcept {
+  restore_pose();
+  predictor_.forget();
+  last_targets_.resize(0, 3);
 }
 
 Precision Engine::first_precision(const Positions& targets, const SolveOptions& options, bool goes_on_there) const {
@@ -153,13 +171,13 @@ std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess
   return std::nullopt;
 }
 
-void Engine::learn(const Positions& targets, const Start& start) {
-  last_targets_ = targets;
+void Engine::learn(Positions targets, const Start& start) {
   // If the targets were at rest there is nothing to learn.
   if (start.is_drag() && !keeps_volumes())
     predictor_.learn(start.step, model_.workers);
   else if (!start.goes_on || start.rotations.rows() > 0)
     predictor_.forget();
+  last_targets_.swap(targets);
 }
 
 IterationReport Engine::solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
@@ -167,10 +185,10 @@ IterationReport Engine::solve(const Positions& targets, const SolveOptions& opti
   TimeBudget time(options.time_limit_s);
   require_search();
   const Start start = plan(targets, options, rotations);
-  steps_->set_targets(targets, first_precision(targets, options, start.goes_on_there));
   keep_pose();
   IterationReport report;
   try {
+    steps_->set_targets(targets, first_precision(targets, options, start.goes_on_there));
     time.begin_iteration();
     const std::optional<double> step = apply_guess(targets, options.initial_guess, start);
     if (step || !start.goes_on_there) search_->restart();
@@ -178,16 +196,18 @@ IterationReport Engine::solve(const Positions& targets, const SolveOptions& opti
       if (start.is_drag() && !keeps_volumes()) steps_->show_forces_to(predictor_, start.ahead);
     });
     const bool is_cancelled = report.stop_reason == StopReason::kCancelled;
-    if (is_cancelled) restore_pose();
     const bool is_good = is_cancelled || (std::isfinite(report.energy_before) && std::isfinite(report.energy_after));
-    if (!is_good || !hand_over(pose_.positions))
+    if (!is_good || !hand_over(is_cancelled ? kept_.positions : pose_.positions))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
+    if (is_cancelled)
+      restore_pose();
+    else
+      learn(targets, start);
   } catch (...) {
     predictor_.forget();
     restore_pose();
     throw;
   }
-  if (report.stop_reason != StopReason::kCancelled) learn(targets, start);
   return report;
 }
 

@@ -16,7 +16,7 @@
 
 namespace arap {
 
-/// Poses a prepared model: set_constraints() factorizes, solve() iterates to targets. It knows no mesh; all positions
+/// Poses a prepared model: prepare() factorizes, solve() iterates to targets. It knows no mesh; all positions
 /// are in the model's space and numbering. A model (SurfaceArap is one) is an assembler, which fills in the
 /// PreparedModel, and a face, which maps its user's constraints and positions to the model's and back.
 class Engine {
@@ -27,8 +27,14 @@ class Engine {
   /// @param model  whole; must outlive the engine
   explicit Engine(const PreparedModel& model);
 
-  /// Throws InvalidInput, SolverError or Cancelled, and then the former constraints stay.
-  void set_constraints(const ModelConstraints& given, const Progress& progress);
+  /// A set of constraints for this model, to take() once nothing can fail any more.
+  struct Change {
+    std::unique_ptr<PreparedConstraints> constraints;
+    std::unique_ptr<HandleRotations> handle_rotations;  ///< refers to them
+  };
+  /// Throws InvalidInput, SolverError or Cancelled; the former constraints stay.
+  [[nodiscard]] Change prepare(const ModelConstraints& given, const Progress& progress);
+  void take(Change change) noexcept;
   [[nodiscard]] bool has_constraints() const { return constraints_ != nullptr; }
 
   /// Moves the pose towards the targets. A solve to the targets of the last one goes on with its search. A cancelled
@@ -40,10 +46,13 @@ class Engine {
                         const Progress& progress, const HandOver& hand_over);
 
   [[nodiscard]] const Positions& positions() const { return pose_.positions; }
-  /// Starts the next solve from here, with the rotations that fit these positions best.
-  void set_positions(Positions positions);
-  /// Back to rest; the constraints stay.
-  void reset();
+  /// The pose that has these positions, with the rotations that fit them best.
+  [[nodiscard]] Pose fitted(Positions positions);
+  [[nodiscard]] Pose at_rest() const;
+  /// Starts the next solve from here; the constraints stay.
+  void take(Pose pose) noexcept;
+  /// Goes back to the pose before the last solve, which was not cancelled, or the last take().
+  void undo() noexcept;
 
   /// The energy at `positions` with the best rotations, without constraint terms, and its gradient, (n, 3). Rigid
   /// regions have the rotation that their vertices have made, by least squares.
@@ -73,9 +82,9 @@ class Engine {
                                           bool goes_on_there) const;
   /// Returns the largest movement of its global step, if that is half of an iteration.
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Start& start);
-  void learn(const Positions& targets, const Start& start);
+  void learn(Positions targets, const Start& start);
   void move_to_rest();
-  void end_search();
+  void end_search() noexcept;
   /// Begins a new search unless there is one.
   void require_search();
   /// Gives the memory of what the next solve makes again to a new factor: the old one stays, in case that the change of
@@ -83,7 +92,7 @@ class Engine {
   void make_room();
   /// What a failing solve goes back to.
   void keep_pose();
-  void restore_pose();
+  void restore_pose() noexcept;
 
   const PreparedModel& model_;
   std::unique_ptr<PreparedConstraints> constraints_;
@@ -91,7 +100,7 @@ class Engine {
   std::unique_ptr<LocalGlobal> steps_;   ///< over constraints_; made by a solve
   std::unique_ptr<NonlinearCg> search_;  ///< over steps_; made with it
   Pose pose_;
-  Pose kept_;               ///< lives on between solves, so that its memory is there
+  Pose kept_;               ///< the one before
   Positions last_targets_;  ///< of the pose; empty if it comes from somewhere else
   DragPredictor predictor_;
   int n_factorizations_ = 0;

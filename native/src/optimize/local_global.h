@@ -54,9 +54,9 @@ class LocalGlobal {
   [[nodiscard]] bool go_on_in_double(Pose& pose);
   [[nodiscard]] bool is_in_double() const { return is_in_double_; }
   /// Call it if anybody else changes the pose or works with the passes.
-  void forget() { known_ = Known::kNothing; }
+  void forget() noexcept { known_ = Known::kNothing; }
   /// Call it if the pose is replaced by another one: what held the rows of the former pose is no start for it.
-  void forget_pose() {
+  void forget_pose() noexcept {
     forget();
     multipliers_.resize(0, 3);
   }
@@ -76,16 +76,14 @@ class LocalGlobal {
   void show_forces_to(DragPredictor& prediction, double share);
 
   /// use(residual), with minus the gradient of the energy, soft and stiff constraints included, but for what holds the
-  /// patches, (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
+  /// patches, (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum. If it
+  /// throws, the residual is lost: forget_pose().
   template <class Use>
   auto with_free_residual(const Use& use) {
-    struct Held {
-      LocalGlobal& steps;
-      ~Held() { steps.add_free_forces(-1); }
-    };
     add_free_forces(1);
-    const Held held{*this};
-    return use(std::as_const(residual_));
+    const auto result = use(std::as_const(residual_));
+    add_free_forces(-1);
+    return result;
   }
   /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);

@@ -35,7 +35,7 @@ class TetEngine {
                      const arap::SolverFactory* solver_factory = nullptr)
       : engine_(assemble(model_, mesh, threads, region_of_vertex, solver_factory)) {}
 
-  void set_constraints(const arap::ModelConstraints& constraints) { engine_.set_constraints(constraints, {}); }
+  void set_constraints(const arap::ModelConstraints& constraints) { engine_.take(engine_.prepare(constraints, {})); }
   arap::IterationReport solve(const Positions& targets, const arap::SolveOptions& options) {
     return engine_.solve(targets, options, {}, {}, [](const Positions& p) { return p.allFinite(); });
   }

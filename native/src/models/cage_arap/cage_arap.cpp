@@ -92,7 +92,7 @@ struct CageArap::Impl {
     meter.tell();
     CageHolds next(points, point_of_vertex, mesh, areas, cage, model.energy.K.diagonal().mean(), space.to_model(set),
                    {&meter, 1});
-    engine.set_constraints({{}, next.rows(), next.handle_of_row()}, part_of(progress, kHolds, 1));
+    engine.take(engine.prepare({{}, next.rows(), next.handle_of_row()}, part_of(progress, kHolds, 1)));
     holds = std::move(next);
     constraints = std::move(copy);
   }
@@ -105,6 +105,8 @@ struct CageArap::Impl {
       for (const int source : holds.sources())
         of_rows.push_back(source < 0 ? Matrix3(Matrix3::Identity()) : rotations[source]);
     SolveResult result;
+    result.parts_at_rest = holds.parts_at_rest();
+    result.loose_vertices = user.loose_vertices();
     Positions next = mesh.positions();
     for (size_t k = 0; k < constraints.vertices.size(); ++k)
       if (const int v = constraints.vertices[k]; point_of_vertex[v] < 0)
@@ -125,8 +127,6 @@ struct CageArap::Impl {
     result.iterations = report.iterations;
     result.step = report.step;
     result.stop_reason = report.stop_reason;
-    result.parts_at_rest = holds.parts_at_rest();
-    result.loose_vertices = user.loose_vertices();
     return result;
   }
 
@@ -137,15 +137,18 @@ struct CageArap::Impl {
   }
 
   void set_positions(const Positions& positions) {
-    shown = user.checked_to_model(positions);
+    Positions next = user.checked_to_model(positions);
     constexpr double kSmoothness = 1e-6;
-    engine.set_positions(fit.fit(shown(carried, all), kSmoothness));
-    embed(engine.positions(), shown);
+    Pose pose = engine.fitted(fit.fit(next(carried, all), kSmoothness));
+    embed(pose.positions, next);
+    take(std::move(pose), std::move(next));
   }
 
-  void reset() {
-    engine.reset();
-    shown = mesh.positions();
+  void reset() { take(engine.at_rest(), mesh.positions()); }
+
+  void take(Pose of_cage, Positions of_mesh) noexcept {
+    engine.take(std::move(of_cage));
+    shown.swap(of_mesh);
   }
 
   ModelSpace space;

@@ -53,6 +53,7 @@ void CageFit::find_gram(const MeterPart& meter) const {
 
 void CageFit::factorize(double smoothness) const {
   if (smoothness == smoothness_) return;
+  smoothness_ = 0;  // until there is a factor again
   factor_.compute(gram_ + smoothness * smoothing_);
   smoothness_ = smoothness;
 }

@@ -56,6 +56,12 @@ void EmbeddedOptions::validate() const {
 }
 
 struct EmbeddedDeformation::Impl {
+  /// Where the mesh is.
+  struct Pose {
+    Positions state;
+    std::vector<std::pair<int, Eigen::RowVector3d>> loose;  ///< held vertices that no node moves, and their places
+  };
+
   Impl(const PolygonMesh& mesh, const EmbeddedOptions& of_bind, const Progress& progress)
       : space(mesh),
         options(of_bind),
@@ -68,8 +74,10 @@ struct EmbeddedDeformation::Impl {
     meter.reach(1);
   }
 
-  void reset() {
-    pose = {graph.rest_state(), {}};
+  void reset() { take({graph.rest_state(), {}}); }
+
+  void take(Pose next) noexcept {
+    pose = std::move(next);
     if (solver) solver->forget();
   }
 
@@ -84,38 +92,49 @@ struct EmbeddedDeformation::Impl {
     for (const int v : graph.vertices) node_is_held.push_back(is_held[user.part_of_vertex()[v]]);
     auto next = std::make_unique<NewtonSteps>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
                                               workers, MeterPart{&meter, 1});
+    std::vector<int> at_rest;
+    for (int part = 0; part < n_parts; ++part)
+      if (is_held[part] == 0) at_rest.push_back(part);
+    Positions state = graph.rest_state();
+    for (int j = 0; j < graph.size(); ++j)
+      if (node_is_held[j] != 0) rows_of(state, j) = rows_of(pose.state, j);
     meter.reach(1);
+    // Nothing fails from here on.
     if (solver) former_factorizations += solver->n_factorizations();
     solver = std::move(next);
     constraints = std::move(copy);
+    parts_at_rest = std::move(at_rest);
     pose.loose.clear();
-    parts_at_rest.clear();
-    for (int part = 0; part < n_parts; ++part)
-      if (is_held[part] == 0) parts_at_rest.push_back(part);
-    const Positions at_rest = graph.rest_state();
-    for (int j = 0; j < graph.size(); ++j)
-      if (node_is_held[j] == 0) rows_of(pose.state, j) = rows_of(at_rest, j);
+    pose.state.swap(state);
   }
 
   SolveResult solve(const Positions& targets, const SolveOptions& with, const Progress& progress,
                     std::span<float> out) {
     const Positions of_model = space.targets_to_model(targets, constraints);
     Pose next{start(with.initial_guess, of_model), loose_at(of_model)};
-    const NewtonSteps::Report report = solver->solve(of_model, with, progress, next.state);
-    const bool is_done = report.stop_reason != StopReason::kCancelled;
     SolveResult result;
-    if (!user.hand_over(placed(is_done ? next : pose), out, result)) {
+    result.parts_at_rest = parts_at_rest;
+    result.loose_vertices = user.loose_vertices();
+    NewtonSteps::Report report;
+    try {
+      report = solver->solve(of_model, with, progress, next.state);
+      const bool is_done = report.stop_reason != StopReason::kCancelled;
+      if (!user.hand_over(placed(is_done ? next : pose), out, result))
+        throw SolverError("the positions are too large for a number; look for targets far away");
+      if (is_done)
+        pose = std::move(next);
+      else
+        solver->forget();
+    } catch (...) {
+      solver->forget();
       if (!out.empty()) static_cast<void>(user.hand_over(placed(pose), out, result));
-      throw SolverError("the positions are too large for a number; look for targets far away");
+      throw;
     }
-    if (is_done) pose = std::move(next);
     result.energy_before = report.energy_before;
     result.energy_after = report.energy_after;
     result.iterations = report.iterations;
     result.step = report.step;
     result.stop_reason = report.stop_reason;
-    result.parts_at_rest = parts_at_rest;
-    result.loose_vertices = user.loose_vertices();
     return result;
   }
 
@@ -136,14 +155,15 @@ struct EmbeddedDeformation::Impl {
     for_entries([&](int v, int j, double weight) {
       covariances[j] += weight * (to.row(v) - moments[j].to).transpose() * (graph.rest.row(v) - moments[j].from);
     });
-    reset();
+    Pose next{graph.rest_state(), {}};
     for (int j = 0; j < graph.size(); ++j) {
       const Matrix3 R = nearest_rotation(covariances[j], Matrix3::Identity());
-      rows_of(pose.state, j).topRows<3>() = R.transpose();
-      rows_of(pose.state, j).row(3) =
+      rows_of(next.state, j).topRows<3>() = R.transpose();
+      rows_of(next.state, j).row(3) =
           moments[j].to - moments[j].from + (moments[j].from - graph.node(j)) * (Matrix3::Identity() - R.transpose());
     }
-    for (const int v : user.loose_vertices()) pose.loose.emplace_back(v, to.row(v));
+    for (const int v : user.loose_vertices()) next.loose.emplace_back(v, to.row(v));
+    take(std::move(next));
   }
 
   [[nodiscard]] Positions positions() const { return space.to_input(placed(pose), workers); }
@@ -151,12 +171,6 @@ struct EmbeddedDeformation::Impl {
   [[nodiscard]] int n_factorizations() const {
     return former_factorizations + (solver ? solver->n_factorizations() : 0);
   }
-
-  /// Where the mesh is.
-  struct Pose {
-    Positions state;
-    std::vector<std::pair<int, Eigen::RowVector3d>> loose;  ///< held vertices that no node moves, and their places
-  };
 
   ModelSpace space;
   EmbeddedOptions options;

@@ -111,8 +111,9 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
                                        Positions& state) {
   TimeBudget budget(options.time_limit_s);
   const Positions goals = wanted(targets);
-  // What was learned of other targets would draw these elsewhere.
-  if (targets.rows() != last_targets_.rows() || targets != last_targets_) forget();
+  // What was learned of another pose, or of other targets, would draw this one elsewhere.
+  if (options.initial_guess != InitialGuess::kPrevious) forget();
+  if (targets.rows() != last_targets_.rows() || targets != last_targets_) forget_multipliers();
   last_targets_ = targets;
   Place at = place(goals, std::move(state));
   // Half a turn is a maximum or saddle, where steps would end.
@@ -291,7 +292,17 @@ void NewtonSteps::learn(const Place& at, double gap) {
     if (is_hard_[r] != 0) learned_.moves.row(r) += at.gaps.row(n_edge_rows_ + r);
 }
 
-void NewtonSteps::forget() { learned_ = {Positions::Zero(learned_.moves.rows(), 3)}; }
+void NewtonSteps::forget() noexcept {
+  forget_multipliers();
+  factor_ = nullptr;
+}
+
+void NewtonSteps::forget_multipliers() noexcept {
+  learned_.moves.setZero();
+  learned_.gap = std::numeric_limits<double>::infinity();
+  learned_.times = 0;
+  learned_.is_all = false;
+}
 
 double NewtonSteps::movement(const Positions& from, const Positions& to) const {
   double largest = 0;

@@ -46,8 +46,8 @@ class NewtonSteps {
   /// Where a solve may start: all nodes of a state moved as one body, as the targets fit best.
   [[nodiscard]] Positions turned(const Positions& targets, const Positions& state) const;
 
-  /// Forgets what hard constraints have learned of the pose.
-  void forget();
+  /// Forgets all that the last solve has left: the next one is as the first.
+  void forget() noexcept;
 
   [[nodiscard]] int n_factorizations() const { return n_factorizations_; }
 
@@ -79,6 +79,7 @@ class NewtonSteps {
   /// The whole step.
   [[nodiscard]] Eigen::VectorXd solve_for(const Eigen::VectorXd& gradient) const;
   [[nodiscard]] double largest_gap(const Place& at) const;
+  void forget_multipliers() noexcept;
   /// Moves the targets of hard constraints by the gaps that are left, or finds that the nodes can do no more.
   void learn(const Place& at, double gap);
   [[nodiscard]] double movement(const Positions& from, const Positions& to) const;

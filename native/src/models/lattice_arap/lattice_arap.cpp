@@ -187,12 +187,26 @@ struct LatticeArap::Impl {
     space.to_input(points, model.workers, next);
   }
 
-  /// (n_parts,) whether nothing constrains a part. The rows are those of the engine, the sheets have their constraints.
-  [[nodiscard]] std::vector<char> parts_at_rest(const LinearRows& rows) const {
+  /// Writes positions of the input into `out`, or into the result's own where that is empty; false if one of them is
+  /// not finite.
+  [[nodiscard]] bool hand_over(const Positions& positions, std::span<float> out, SolveResult& result) const {
+    if (!out.empty()) return write_single(positions, model.workers, out);
+    result.positions = positions;
+    return all_finite(positions, model.workers);
+  }
+
+  void take(Pose of_engine, Pose of_sheets, Positions of_input) noexcept {
+    engine.take(std::move(of_engine));
+    sheets.take(std::move(of_sheets));
+    shown.swap(of_input);
+  }
+
+  /// (n_parts,) whether nothing constrains a part: no row of the engine, and nothing of the sheets' parts.
+  [[nodiscard]] std::vector<char> parts_at_rest(const LinearRows& rows, const std::vector<int>& of_sheets) const {
     std::vector<char> result(mesh.n_parts(), 1);
     for (const LinearRow& row : rows.rows)
       for (const int c : row.indices) result[lattice->part_of_control_point()[c]] = 0;
-    for (const int part : sheets.constrained_parts()) result[part] = 0;
+    for (const int part : of_sheets) result[part] = 0;
     return result;
   }
 
@@ -212,7 +226,6 @@ struct LatticeArap::Impl {
     result.iterations = std::max(result.iterations, report.iterations);
     result.step = std::max(result.step, report.step);
     if (report.stop_reason != StopReason::kConverged) result.stop_reason = report.stop_reason;
-    result.parts_at_rest = exact->parts_at_rest();
   }
 
   ModelSpace space;
@@ -224,7 +237,6 @@ struct LatticeArap::Impl {
   Engine engine;
   Sheets sheets;
   ConstraintSet constraints;
-  ConstraintSet of_model;  ///< the same of mesh
   std::unique_ptr<Held> held;
   std::unique_ptr<ExactVertices> exact;
   std::unique_ptr<LatticeFit> fit;  ///< made when first needed
@@ -258,18 +270,15 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   auto held = std::make_unique<Held>(*impl_->lattice, impl_->areas, of_model);
   ConstraintSet copy = constraints;
   const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
-  std::unique_ptr<ExactVertices> exact;
-  impl_->sheets.set_constraints(of_model, part_of(progress, 0, share));
-  try {
-    const LinearRows rows = held->rows();
-    exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
-                                            impl_->parts_at_rest(rows), kReach * impl_->lattice->cube_size());
-    impl_->engine.set_constraints({{}, rows}, part_of(progress, share, 1));
-  } catch (...) {
-    if (impl_->engine.has_constraints()) impl_->sheets.set_constraints(impl_->of_model, {});
-    throw;
-  }
-  impl_->of_model = std::move(of_model);
+  Sheets::Change of_sheets = impl_->sheets.prepare(of_model, part_of(progress, 0, share));
+  const LinearRows rows = held->rows();
+  auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
+                                               impl_->parts_at_rest(rows, of_sheets.constrained_parts),
+                                               kReach * impl_->lattice->cube_size());
+  Engine::Change of_engine = impl_->engine.prepare({{}, rows}, part_of(progress, share, 1));
+  // Nothing fails from here on.
+  impl_->sheets.take(std::move(of_sheets));
+  impl_->engine.take(std::move(of_engine));
   impl_->points.resize(0, 3);  // a loose vertex that was held goes back
   impl_->held = std::move(held);
   impl_->exact = std::move(exact);
@@ -283,46 +292,44 @@ SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& opt
   require_targets(impl_->constraints, targets, rotations);
   require_out(out, n_vertices());
   const Positions of_model = impl_->space.targets_to_model(targets, impl_->constraints);
-  const Positions before = impl_->sheets.positions();
   const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
   const auto start = std::chrono::steady_clock::now();
   SolveOptions of_sheets = options;
   of_sheets.time_limit_s *= kShareOfSheets;
   SolveResult result = impl_->sheets.solve(of_model, of_sheets, rotations, part_of(progress, 0, share));
-  if (result.stop_reason != StopReason::kCancelled) {
-    SolveOptions left = options;
-    left.time_limit_s = std::max(1e-9, left.time_limit_s - seconds_since(start));
-    const auto hand_over = [&](const Positions& control_points) {
-      impl_->embed(control_points, of_model);
-      return out.empty() ? all_finite(impl_->next, impl_->model.workers)
-                         : write_single(impl_->next, impl_->model.workers, out);
-    };
-    try {
-      const IterationReport report = impl_->engine.solve(
-          impl_->held->targets(of_model), left, impl_->of_rows(rotations), part_of(progress, share, 1), hand_over);
-      impl_->add(report, result);
-    } catch (...) {
-      impl_->sheets.set_positions(before);
-      if (!out.empty()) static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
-      throw;
+  const bool have_sheets_moved = result.stop_reason != StopReason::kCancelled;
+  try {
+    result.parts_at_rest = impl_->exact->parts_at_rest();
+    result.loose_vertices = impl_->loose_vertices;
+    if (have_sheets_moved) {
+      SolveOptions left = options;
+      left.time_limit_s = std::max(1e-9, left.time_limit_s - seconds_since(start));
+      const auto hand_over = [&](const Positions& control_points) {
+        impl_->embed(control_points, of_model);
+        return impl_->hand_over(impl_->next, out, result);
+      };
+      impl_->add(impl_->engine.solve(impl_->held->targets(of_model), left, impl_->of_rows(rotations),
+                                     part_of(progress, share, 1), hand_over),
+                 result);
     }
-    if (result.stop_reason == StopReason::kCancelled)
-      impl_->sheets.set_positions(before);
-    else
-      impl_->shown.swap(impl_->next);
+  } catch (...) {
+    if (have_sheets_moved) impl_->sheets.undo();
+    if (!out.empty()) static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
+    throw;
   }
-  if (out.empty())
-    result.positions = impl_->shown;
-  else if (result.stop_reason == StopReason::kCancelled)  // what was spread around the former targets is in no other
-    static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
-  result.loose_vertices = impl_->loose_vertices;
+  if (result.stop_reason != StopReason::kCancelled) {
+    impl_->shown.swap(impl_->next);
+    return result;
+  }
+  if (have_sheets_moved) impl_->sheets.undo();
+  // What was spread around the former targets is in no other place.
+  static_cast<void>(impl_->hand_over(impl_->shown, out, result));
   return result;
 }
 
 void LatticeArap::reset() {
-  impl_->engine.reset();
-  impl_->sheets.reset();
-  impl_->shown = impl_->space.to_input(impl_->mesh.positions(), impl_->model.workers);
+  impl_->take(impl_->engine.at_rest(), impl_->sheets.at_rest(),
+              impl_->space.to_input(impl_->mesh.positions(), impl_->model.workers));
 }
 
 void LatticeArap::set_positions(const Positions& positions) {
@@ -333,9 +340,8 @@ void LatticeArap::set_positions(const Positions& positions) {
         std::make_unique<LatticeFit>(*impl_->lattice, impl_->areas, impl_->mesh.positions(), impl_->model.energy.K);
   const Workers& workers = impl_->model.workers;
   const Positions of_model = impl_->space.to_model(positions, workers);
-  impl_->engine.set_positions(impl_->fit->fit(of_model, workers));
-  impl_->sheets.set_positions(of_model(impl_->sheets.vertices(), all));
-  impl_->shown = positions;
+  impl_->take(impl_->engine.fitted(impl_->fit->fit(of_model, workers)),
+              impl_->sheets.fitted(of_model(impl_->sheets.vertices(), all)), positions);
 }
 
 const Positions& LatticeArap::positions() const { return impl_->shown; }

@@ -28,7 +28,7 @@ Sheets::Sheets(const PolygonMesh& mesh, const Lattice& lattice, const VertexProp
     if (!properties.stiffness.empty()) of_surface.stiffness.push_back(properties.stiffness[v]);
     if (!properties.rigid_regions.empty()) of_surface.rigid_regions.push_back(properties.rigid_regions[v]);
   }
-  surface_.emplace(surface, options, of_surface, progress);
+  surface_ = std::make_unique<PosedSurface>(surface, options, of_surface, progress);
 }
 
 PolygonMesh Sheets::cut_out(const PolygonMesh& mesh) {
@@ -47,10 +47,10 @@ PolygonMesh Sheets::cut_out(const PolygonMesh& mesh) {
   return surface;
 }
 
-void Sheets::set_constraints(const ConstraintSet& of_mesh, const Progress& progress) {
-  if (empty()) return;
+Sheets::Change Sheets::prepare(const ConstraintSet& of_mesh, const Progress& progress) {
+  Change change;
+  if (empty()) return change;
   ConstraintSet set;
-  std::vector<int> targets;
   std::vector<char> is_held(vertices_.size(), 0);
   for (size_t k = 0; k < of_mesh.vertices.size(); ++k) {
     const int number = number_[of_mesh.vertices[k]];
@@ -59,7 +59,7 @@ void Sheets::set_constraints(const ConstraintSet& of_mesh, const Progress& progr
     is_held[number] = 1;
     set.vertices.push_back(number);
     if (!of_mesh.strengths.empty()) set.strengths.push_back(of_mesh.strengths[k]);
-    targets.push_back(static_cast<int>(k));
+    change.targets.push_back(static_cast<int>(k));
   }
   for (int p = 0; p < of_mesh.patches.size(); ++p) {
     Patch patch;
@@ -73,14 +73,20 @@ void Sheets::set_constraints(const ConstraintSet& of_mesh, const Progress& progr
     // One that is partly on what has cubes is held there.
     if (!is_whole) continue;
     set.patches.add(patch);
-    targets.push_back(static_cast<int>(of_mesh.vertices.size()) + p);
+    change.targets.push_back(static_cast<int>(of_mesh.vertices.size()) + p);
   }
-  if (!targets.empty()) surface_->set_constraints(set, progress);
+  if (!change.targets.empty()) change.of_surface = surface_->posed.prepare(set, progress);
   std::set<int> constrained;
   for (const std::vector<int>* held : {&set.vertices, &set.patches.vertices})
-    for (const int number : *held) constrained.insert(parts_[surface_->part_of_vertex()[number]]);
-  constrained_.assign(constrained.begin(), constrained.end());
-  targets_ = std::move(targets);
+    for (const int number : *held) constrained.insert(parts_[surface_->posed.part_of_vertex()[number]]);
+  change.constrained_parts.assign(constrained.begin(), constrained.end());
+  return change;
+}
+
+void Sheets::take(Change change) noexcept {
+  if (empty()) return;
+  surface_->posed.take(std::move(change.of_surface));
+  targets_ = std::move(change.targets);
 }
 
 SolveResult Sheets::solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
@@ -88,29 +94,30 @@ SolveResult Sheets::solve(const Positions& targets, SolveOptions options, std::s
   SolveResult result;
   result.stop_reason = StopReason::kConverged;
   if (targets_.empty()) {
-    reset();
+    take(at_rest());
     return result;
   }
   options.accuracy /= size_;
   std::vector<Matrix3> of_targets;
   if (!rotations.empty())
     for (const int t : targets_) of_targets.push_back(rotations[t]);
-  result = surface_->solve(targets(targets_, all), options, of_targets, progress);
+  result = surface_->posed.solve(targets(targets_, all), options, of_targets, progress, {});
   result.step *= size_;
   return result;
 }
 
 void Sheets::write(Positions& points) const {
-  const Positions of_surface = positions();
+  if (empty()) return;
+  const Positions of_surface = surface_->posed.positions();
   for (size_t k = 0; k < vertices_.size(); ++k) points.row(vertices_[k]) = of_surface.row(static_cast<Eigen::Index>(k));
 }
 
-void Sheets::set_positions(const Positions& positions) {
-  if (!empty()) surface_->set_positions(positions);
+void Sheets::take(Pose pose) noexcept {
+  if (!empty()) surface_->posed.take(std::move(pose));
 }
 
-void Sheets::reset() {
-  if (!empty()) surface_->reset();
+void Sheets::undo() noexcept {
+  if (!empty()) surface_->posed.undo();
 }
 
 }  // namespace arap

@@ -96,13 +96,13 @@ SolveResult PoissonEditing::solve(const Positions& targets, const SolveOptions& 
   require_orientation(rotations);
   require_out(out, n_vertices());
   SolveResult result;
+  result.parts_at_rest = impl_->solver.parts_at_rest();
+  result.loose_vertices = loose_vertices();
   impl_->user.guarded(out, impl_->pose.positions, [&] {
     const bool is_done = impl_->solve(targets, options, rotations, progress, out, result);
     result.stop_reason = is_done ? StopReason::kConverged : StopReason::kCancelled;
     result.iterations = is_done ? 1 : 0;
   });
-  result.parts_at_rest = impl_->solver.parts_at_rest();
-  result.loose_vertices = loose_vertices();
   return result;
 }
 

@@ -4,10 +4,7 @@
 #include <algorithm>
 
 #include "base/available_memory.h"
-#include "models/model_space.h"
-#include "models/surface_arap/surface_model.h"
-#include "models/vertex_model.h"
-#include "parallel/parallel.h"
+#include "models/surface_arap/posed_surface.h"
 #include "sampling/surface_patch.h"
 
 namespace arap {
@@ -34,22 +31,11 @@ double bytes_to_bind(const PolygonMesh& mesh, Energy energy) {
 
 struct SurfaceArap::Impl {
   Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
-      : space(mesh),
-        patch_radius(kPatchRadius * options.rigidity_radius),
-        posed(space, prepare(mesh, options, properties, progress), 2) {}
+      : patch_radius(kPatchRadius * options.rigidity_radius), surface(mesh, options, properties, progress) {}
 
-  const PreparedModel& prepare(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
-                               const Progress& progress) {
-    if (options.join_seams) space.join(mesh.same_places(choose_threads(options.threads, mesh.n_vertices())));
-    space.renumber(prepare_surface(model, space.make_model(mesh), options, space.to_model(properties.stiffness),
-                                   space.regions_to_model(properties.rigid_regions), progress));
-    return model.prepared;
-  }
-
-  ModelSpace space;
-  SurfaceModel model;
   double patch_radius;  ///< of patches without one
-  VertexModel posed;
+  PosedSurface surface;
+  VertexModel& posed = surface.posed;
   std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
 };
 
@@ -59,7 +45,7 @@ SurfaceArap::SurfaceArap(const PolygonMesh& mesh, const Options& options, const 
   properties.validate(mesh.n_vertices());
   require_memory(bytes_to_bind(mesh, options.energy), "this mesh");
   impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
-  if (impl_->model.prepared.is_large()) return_freed_memory();
+  if (impl_->surface.model.prepared.is_large()) return_freed_memory();
 }
 
 SurfaceArap::~SurfaceArap() = default;
@@ -67,7 +53,7 @@ SurfaceArap::SurfaceArap(SurfaceArap&&) noexcept = default;
 SurfaceArap& SurfaceArap::operator=(SurfaceArap&&) noexcept = default;
 
 void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
-  impl_->posed.set_constraints(constraints, progress);
+  impl_->posed.take(impl_->posed.prepare(constraints, progress));
 }
 
 SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& options,
@@ -77,8 +63,8 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
 
 Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius) {
   require_patch_sources(vertices, radius, impl_->posed.part_of_vertex());
-  const SurfaceModel& model = impl_->model;
-  const ModelSpace& space = impl_->space;
+  const SurfaceModel& model = impl_->surface.model;
+  const ModelSpace& space = impl_->surface.space;
   if (impl_->graph == nullptr)
     impl_->graph = std::make_unique<EdgeGraph>(model.prepared.energy.K, model.prepared.rest, threads());
   std::vector<int> sources;
@@ -91,9 +77,9 @@ Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius)
   return patch;
 }
 
-void SurfaceArap::reset() { impl_->posed.reset(); }
+void SurfaceArap::reset() { impl_->posed.take(impl_->posed.at_rest()); }
 
-void SurfaceArap::set_positions(const Positions& positions) { impl_->posed.set_positions(positions); }
+void SurfaceArap::set_positions(const Positions& positions) { impl_->posed.take(impl_->posed.fitted(positions)); }
 
 Positions SurfaceArap::positions() const { return impl_->posed.positions(); }
 
@@ -101,12 +87,12 @@ double SurfaceArap::energy(const Positions& positions) { return impl_->posed.ene
 
 Positions SurfaceArap::energy_gradient(const Positions& positions) { return impl_->posed.energy_gradient(positions); }
 
-int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }
-int SurfaceArap::n_parts() const { return impl_->model.prepared.n_parts; }
+int SurfaceArap::n_vertices() const { return impl_->surface.space.n_input_vertices(); }
+int SurfaceArap::n_parts() const { return impl_->surface.model.prepared.n_parts; }
 const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->posed.part_of_vertex(); }
 const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->posed.loose_vertices(); }
 int SurfaceArap::n_parts_at_rest() const { return impl_->posed.n_parts_at_rest(); }
 int SurfaceArap::n_factorizations() const { return impl_->posed.n_factorizations(); }
-int SurfaceArap::threads() const { return impl_->model.prepared.workers.threads(); }
+int SurfaceArap::threads() const { return impl_->surface.model.prepared.workers.threads(); }
 
 }  // namespace arap

@@ -53,7 +53,7 @@ TetArap::TetArap(TetArap&&) noexcept = default;
 TetArap& TetArap::operator=(TetArap&&) noexcept = default;
 
 void TetArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
-  impl_->posed.set_constraints(constraints, progress);
+  impl_->posed.take(impl_->posed.prepare(constraints, progress));
 }
 
 SolveResult TetArap::solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
@@ -61,9 +61,9 @@ SolveResult TetArap::solve(const Positions& targets, const SolveOptions& options
   return impl_->posed.solve(targets, options, rotations, progress, out);
 }
 
-void TetArap::reset() { impl_->posed.reset(); }
+void TetArap::reset() { impl_->posed.take(impl_->posed.at_rest()); }
 
-void TetArap::set_positions(const Positions& positions) { impl_->posed.set_positions(positions); }
+void TetArap::set_positions(const Positions& positions) { impl_->posed.take(impl_->posed.fitted(positions)); }
 
 Positions TetArap::positions() const { return impl_->posed.positions(); }
 

@@ -29,7 +29,7 @@ double left_by_lattice(const MeshData& mesh, const Task& task, double cube_size,
   model.keep_numbers();
   const HeldVertices held(lattice, areas, task.constraints);
   arap::Engine engine(model);
-  engine.set_constraints({{}, held.rows()}, {});
+  engine.take(engine.prepare({{}, held.rows()}, {}));
   engine.solve(held.targets(task.targets), to_accuracy(1e-6), {}, {}, [](const Positions&) { return true; });
   Positions points = mesh.positions();
   lattice.embed(engine.positions(), arap::Workers(1), points);
