@@ -303,8 +303,9 @@ Eigen::MatrixX3d ConstrainedSystem::start_held(const Positions& gaps, Positions&
   b -= product;
   add_product(free_averages_, -forces, b);
   if (stiff_ == nullptr) return forces;
-  stiff_->rows().multiply(x, product, workers_);
-  stiff_gaps -= product;
+  Positions of_rows;  // not in the place of the other: memory that is not there for another size would be freed twice
+  stiff_->rows().multiply(x, of_rows, workers_);
+  stiff_gaps -= of_rows;
   return forces;
 }
 
@@ -384,6 +385,7 @@ void ConstrainedSystem::solve_stiff_exactly(double accuracy, const Positions& st
   Positions gaps_left = stiff_gaps;
   Positions step;
   Positions product;
+  Positions of_rows;
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kMostSteps; ++k) {
     stiff_->solve(
@@ -395,8 +397,8 @@ void ConstrainedSystem::solve_stiff_exactly(double accuracy, const Positions& st
     last = length;
     multiply_held(x, product);
     residual = b - product;
-    stiff_->rows().multiply(x, product, workers_);
-    gaps_left = stiff_gaps - product;
+    stiff_->rows().multiply(x, of_rows, workers_);
+    gaps_left = stiff_gaps - of_rows;
   }
   b.swap(x);
 }
