@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/available_memory.h"
 #include "base/eigen_compat.h"
 #include "kernels/kernels.h"
 #include "parallel/parallel.h"
@@ -20,6 +21,8 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
 }
 
 void Lattice::name_control_points() {
+  constexpr double kBytesPerPiece = 2000;  // if none shares its control points
+  require_memory(kBytesPerPiece * n_pieces(), "the lattice of this mesh");
   const std::vector<int> numbers = pieces_.shared_points(3);
   control_points_.resize(n_pieces());
   std::vector<Eigen::RowVector3d> rest;

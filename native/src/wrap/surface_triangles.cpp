@@ -26,26 +26,24 @@ SurfaceTriangles::SurfaceTriangles(const PolygonMesh& surface, const SurfaceLeve
     : places_(places),
       level_(levels.level(0)),
       corners_(fans(surface)),
-      at_node_(level_.n_nodes(), [&](const auto& add) {
-        for (size_t t = 0; t < corners_.size(); ++t)
-          for (const int v : corners_[t]) add(levels.node_of_vertex()[v], static_cast<int>(t));
-      }) {
-  for (const auto& [a, b, c] : corners_) volume_ += place(a).dot(place(b).cross(place(c)));
+      at_node_(level_.n_nodes(),
+               [&](const auto& add) {
+                 for (size_t t = 0; t < corners_.size(); ++t)
+                   for (const int v : corners_[t]) add(levels.node_of_vertex()[v], static_cast<int>(t));
+               }),
+      areas_(Positions::Zero(level_.n_nodes(), 3)) {
+  for (const Corners& corners : corners_) {
+    const Vector3 a = place(corners[0]);
+    const Vector3 area = (place(corners[1]) - a).cross(place(corners[2]) - a);
+    volume_ += a.dot(area);
+    for (const int v : corners) areas_.row(levels.node_of_vertex()[v]) += area.transpose();
+  }
 }
 
 SurfaceTriangles::Places SurfaceTriangles::at(int triangle) const {
   const Corners& its = corners_[triangle];
   const Vector3 a = place(its[0]);
   return {a, place(its[1]) - a, place(its[2]) - a};
-}
-
-bool SurfaceTriangles::is_behind(int node, const Vector3& place) const {
-  double above = 0;
-  for (const int t : at_node_.of(node)) {
-    const auto [a, ab, ac] = at(t);
-    above += ab.cross(ac).dot(place - a);
-  }
-  return above * volume_ < 0;
 }
 
 SurfaceTriangles::Nearest SurfaceTriangles::nearest(int node, const Vector3& place) const {

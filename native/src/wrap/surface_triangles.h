@@ -49,7 +49,9 @@ class SurfaceTriangles {
 
   /// Whether a place is inside as seen from the node of the first level that is nearest to it: behind the triangles
   /// there, whichever way most of the surface faces. Of a sheet either side may be.
-  [[nodiscard]] bool is_behind(int node, const Vector3& place) const;
+  [[nodiscard]] bool is_behind(int node, const Vector3& place) const {
+    return areas_.row(node).dot(place.transpose() - level_.places.row(node)) * volume_ < 0;
+  }
 
   /// Of those at a node of the first level and at its neighbours.
   [[nodiscard]] Nearest nearest(int node, const Vector3& place) const;
@@ -64,6 +66,7 @@ class SurfaceTriangles {
   const SurfaceLevel& level_;  ///< the first
   std::vector<Corners> corners_;
   Grouped at_node_;
+  Positions areas_;    ///< twice the vector areas of the triangles at each node
   double volume_ = 0;  ///< six times what the surface encloses; < 0: its faces are turned inwards
 };
 

@@ -64,6 +64,32 @@ except MemoryError as error:
     print(error)
 """
 
+# Specks share no control points.
+LATTICE_WITHOUT_MEMORY = """
+import resource, numpy as np, arap_native, sample_meshes
+specks = [sample_meshes.ball(place, 0.01, 4, 5) for place in np.random.default_rng(0).uniform(0.0, 1.0, (2_000, 3))]
+mesh = sample_meshes.joined(*specks)
+limit = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 100_000_000
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+try:
+    arap_native.LatticeArap(*mesh)
+except MemoryError as error:
+    print(error)
+"""
+
+HARMONIC_WITHOUT_MEMORY = """
+import resource, numpy as np, arap_native, sample_meshes
+mesh = sample_meshes.ball((0.0, 0.0, 0.0), 1.0)
+cage = arap_native.make_cage(*mesh, cells=4)
+limit = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 60_000_000
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+options = arap_native.CageOptions(coordinates="harmonic", grid_spacing=0.005)
+try:
+    arap_native.CageDeformation(mesh.positions, *cage, options=options)
+except MemoryError as error:
+    print(error)
+"""
+
 # No thread can be made: each would take more memory for its stack than there is.
 WITHOUT_THREADS = """
 import resource, numpy as np, arap_native, zoo
@@ -92,6 +118,18 @@ def test_a_factor_that_cannot_fit_is_refused_before_memory_runs_out():
 def test_constraints_of_a_cage_that_cannot_fit_are_refused():
     needed = r"a cage of so many vertices needs about \d+ MB of memory, but there are only \d+ MB; .+"
     assert re.fullmatch(needed, printed(CAGE_WITHOUT_MEMORY))
+
+
+@linux_only
+@pytest.mark.parametrize(
+    ("script", "what"),
+    [
+        (LATTICE_WITHOUT_MEMORY, "the lattice of this mesh"),
+        (HARMONIC_WITHOUT_MEMORY, "the grid of harmonic coordinates"),
+    ],
+)
+def test_a_grid_that_cannot_fit_is_refused_before_it_is_made(script, what):
+    assert re.fullmatch(what + r" needs about \d+ MB of memory, but there are only \d+ MB; .+", printed(script))
 
 
 @linux_only
