@@ -121,8 +121,7 @@ class BiCgStab {
     const Eigen::VectorXd x = iteration_.solve(b / length);
     if (iteration_.info() != Eigen::Success)
       throw SolverError(text("BiCGSTAB did not converge: residual ", iteration_.error(), " after ",
-                             iteration_.iterations(), " iterations, wanted ", kTolerance,
-                             "; choose another solver"));
+                             iteration_.iterations(), " iterations, wanted ", kTolerance, "; choose another solver"));
     return length * x;
   }
 

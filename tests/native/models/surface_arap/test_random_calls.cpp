@@ -37,6 +37,7 @@ class RandomCalls {
       }
     } catch (const arap::InvalidInput&) {
     } catch (const arap::SolverError&) {
+    } catch (const arap::Cancelled&) {
     } catch (const std::exception& error) {
       return error.what();
     }
