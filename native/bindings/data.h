@@ -27,7 +27,7 @@ py::tuple rebuilt_by(const py::object& self, const py::dict& arguments, const py
 /// Adds ==, so that Python takes the hash away, as from all that changes, and what copies and pickles are made by.
 /// @param attributes  attributes(object): a dict, by which the constructor makes it again
 template <typename Class, typename Attributes>
-void def_data(py::class_<Class>& type, Attributes attributes) {
+void def_data(py::class_<Class>& type, const Attributes& attributes) {
   def(type, "__eq__(self, other)", [attributes](const Class& object, const py::object& other) -> py::object {
     if (!py::isinstance<Class>(other)) return py::reinterpret_borrow<py::object>(Py_NotImplemented);
     return py::bool_(are_equal(attributes(object), attributes(other.cast<const Class&>())));

@@ -108,8 +108,9 @@ py::type_error wrong_type(const std::string& name, py::handle given, const std::
   // What an array or a mesh is says its type; of other things the value helps.
   const bool is_plain = given.is_none() || PyLong_Check(given.ptr()) || PyFloat_Check(given.ptr()) ||
                         PyUnicode_Check(given.ptr()) || PyBytes_Check(given.ptr());
-  return py::type_error(name + (is_plain ? " = " + shown(given) : "") + " is of type " + type_name(given) +
-                        ", expected " + expected);
+  py::type_error error(name + (is_plain ? " = " + shown(given) : "") + " is of type " + type_name(given) +
+                       ", expected " + expected);
+  return error;
 }
 
 }  // namespace arap_native

@@ -67,12 +67,12 @@ constexpr const char* kNumberName = std::is_same_v<Number, bool> ? "bool"
 /// A number, or what may stand for one: numpy's numbers, for a float also an int.
 template <typename Number>
 Number number_from(const py::object& given, const std::string& name) {
-  constexpr bool is_bool = std::is_same_v<Number, bool>;
-  if (is_bool || !PyBool_Check(given.ptr())) {
+  constexpr bool kIsBool = std::is_same_v<Number, bool>;
+  if (kIsBool || !PyBool_Check(given.ptr())) {
     py::detail::make_caster<Number> caster;
-    if (caster.load(given, !is_bool)) return py::detail::cast_op<Number>(caster);
+    if (caster.load(given, !kIsBool)) return py::detail::cast_op<Number>(caster);
   }
-  if (!is_bool && PyLong_Check(given.ptr()) && !PyBool_Check(given.ptr())) {
+  if (!kIsBool && PyLong_Check(given.ptr()) && !PyBool_Check(given.ptr())) {
     using Limits = std::numeric_limits<Number>;
     throw py::value_error(py::str("{} = {} does not fit, must be from {} to {}")
                               .format(name, shown(given), Limits::lowest(), Limits::max()));
@@ -86,7 +86,7 @@ template <typename T>
 T converted(const py::object& given, const std::string& name) {
   using Plain = std::remove_cv_t<std::remove_pointer_t<std::remove_reference_t<T>>>;
   if constexpr (std::is_same_v<Plain, py::object>) {
-    return given;
+    return given;  // NOLINT(bugprone-return-const-ref-from-parameter): what is bound outlives the call
   } else if constexpr (std::is_arithmetic_v<Plain>) {
     return number_from<Plain>(given, name);
   } else {
@@ -114,7 +114,8 @@ class Call {
 
  private:
   template <size_t... I>
-  Result with(const std::vector<py::object>& bound, std::index_sequence<I...> /*of Given*/) const {
+  Result with(  // NOLINT(modernize-use-nodiscard): it may be void
+      const std::vector<py::object>& bound, std::index_sequence<I...> /*of Given*/) const {
     // In a list, so that they are converted in order.
     std::tuple<Given...> arguments{converted<Given>(bound[I], signature_.name(static_cast<int>(I)))...};
     return std::apply(f_, std::move(arguments));

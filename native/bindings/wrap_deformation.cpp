@@ -193,7 +193,7 @@ void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
       [](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point,
          Object progress) {
         PointsInput input(points, options, piece_of_point);
-        const auto prepared = surface.prepared();
+        const auto& prepared = surface.prepared();
         ProgressCall call(progress);
         const WithoutGil no_gil;
         return BoundWrap::of(input.bind(*prepared, call.function()));

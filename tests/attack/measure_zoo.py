@@ -142,7 +142,7 @@ def attack(model: str, name: str, size: int, threads: int) -> dict[str, Any]:
 
     try:
         model_type, options_type = (getattr(arap_native, of_model) for of_model in MODELS[model])
-        solver = model_type(*mesh, options_type(threads=threads))
+        solver = model_type(*mesh, options=options_type(threads=threads))
         lap("bind")
         held = np.unique(np.linspace(0, len(mesh.positions) - 1, max(3, len(mesh.positions) // 100)).astype(np.int32))
         solver.set_constraints(held, np.ones(len(held)))
