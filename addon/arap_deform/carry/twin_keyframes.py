@@ -53,8 +53,9 @@ def _join(of_body: bpy.types.Key, target: bpy.types.Object) -> bool:
     if not hasattr(animation, "action_slot"):
         if animation.action is None:
             animation.action = bpy.data.actions.new(f"{target.name}Action")
+        name = _track_name(of_body)
         for data in (of_body, keys):
-            _put_into_track(data, of_body.animation_data.action.name)
+            _put_into_track(data, name)
     return True
 
 
@@ -73,6 +74,14 @@ def _take_slot(action: bpy.types.Action, target: bpy.types.Object) -> None:
             bpy.data.actions.remove(former)
     if animation.action_slot is None or fcurves.is_action_shared(keys):
         animation.action_slot = action.slots.new("KEY", target.name)
+
+
+def _track_name(data: bpy.types.Key) -> str:
+    """Of the track that its action is in: a body that goes along with another one has the name of that one's."""
+    animation = data.animation_data
+    tracks = (track for track in animation.nla_tracks if track.mute)
+    names = [track.name for track in tracks if any(strip.action == animation.action for strip in track.strips)]
+    return str(names[0] if names else animation.action.name)
 
 
 def _put_into_track(data: bpy.types.Key, name: str) -> None:
