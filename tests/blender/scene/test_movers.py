@@ -149,18 +149,20 @@ class MoversTest(SceneTest):
         self.moved_by(parented)
         self.assert_missing(self.without_library(), "Own")
 
-    def test_the_file_of_a_cached_motion_is_gone(self):
-        empty = empty_at((0.0, 0.0, 4.0))
-        obj = self.moved_by(empty)
-        path = self.folder / "motion.abc"
-        bpy.ops.wm.alembic_export(filepath=str(path), start=1, end=2, as_background_job=False)
-        bpy.ops.cachefile.open(filepath=str(path))
-        constraint = empty.constraints.new("TRANSFORM_CACHE")
-        constraint.cache_file, constraint.object_path = bpy.data.cache_files[0], "/Empty"
-        bpy.context.view_layer.update()
-        self.assert_moves(obj)
-        path.unlink()
-        self.assert_refused(obj, f"the file of 'motion.abc', {path}, is missing; bring it back")
+    if bpy.app.alembic.supported:  # Debian builds Blender without, and no file can move anything there
+
+        def test_the_file_of_a_cached_motion_is_gone(self):
+            empty = empty_at((0.0, 0.0, 4.0))
+            obj = self.moved_by(empty)
+            path = self.folder / "motion.abc"
+            bpy.ops.wm.alembic_export(filepath=str(path), start=1, end=2, as_background_job=False)
+            bpy.ops.cachefile.open(filepath=str(path))
+            constraint = empty.constraints.new("TRANSFORM_CACHE")
+            constraint.cache_file, constraint.object_path = bpy.data.cache_files[0], "/Empty"
+            bpy.context.view_layer.update()
+            self.assert_moves(obj)
+            path.unlink()
+            self.assert_refused(obj, f"the file of 'motion.abc', {path}, is missing; bring it back")
 
     def test_a_driver_that_may_not_run_python(self):
         obj = posable()

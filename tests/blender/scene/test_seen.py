@@ -56,13 +56,15 @@ class SeenTest(SceneTest):
         self.assert_error(ValueError, message, self.api.begin_solve, obj)
         self.assertEqual(key_names(obj), keys)
 
-    def test_a_mesh_whose_vertices_come_from_an_alembic_file(self):
-        obj = self.alembic_tube()
-        message = f"{SEEN}modifier 'Alembic' takes the vertices from elsewhere; {REMEDY}"
-        self.assert_refused(obj, message)
-        self.assert_error(ValueError, message, self.api.prepare_session, obj)
-        obj.modifiers["Alembic"].read_data = {"UV"}
-        self.assertEqual(self.look(obj), "")
+    if bpy.app.alembic.supported:  # Debian builds Blender without
+
+        def test_a_mesh_whose_vertices_come_from_an_alembic_file(self):
+            obj = self.alembic_tube()
+            message = f"{SEEN}modifier 'Alembic' takes the vertices from elsewhere; {REMEDY}"
+            self.assert_refused(obj, message)
+            self.assert_error(ValueError, message, self.api.prepare_session, obj)
+            obj.modifiers["Alembic"].read_data = {"UV"}
+            self.assertEqual(self.look(obj), "")
 
     def test_nodes_that_set_places(self):
         obj = posable()
