@@ -17,6 +17,7 @@ function(arap_add_kernels target)
     set(kernels ${target}_kernels_${isa})
     add_library(${kernels} OBJECT ${ARGN})
     arap_target_flags(${kernels})
+    set_target_properties(${kernels} PROPERTIES UNITY_BUILD OFF) # each has lanes of its own
     target_include_directories(${kernels} PRIVATE ${PROJECT_SOURCE_DIR}/native/src)
     target_compile_definitions(${kernels} PRIVATE ARAP_ISA_NAMESPACE=${isa})
     # -O3 in every build type: kernels need inlining to be of use. -Wno-psabi: GCC warns about passing vectors wider

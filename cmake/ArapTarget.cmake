@@ -1,5 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 
+# Where builds are by groups of files (CMAKE_UNITY_BUILD), a group is a room: what lies in one folder.
+function(arap_group_by_room target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources INCLUDE REGEX "[.]cpp$")
+  foreach(source IN LISTS sources)
+    get_filename_component(room ${source} DIRECTORY)
+    string(MAKE_C_IDENTIFIER ${room} room)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
+  endforeach()
+endfunction()
+
 # Flags of our own targets. Projects that use the library do not get them.
 function(arap_target_flags target)
   set_target_properties(${target} PROPERTIES

@@ -8,7 +8,7 @@
 namespace arap {
 
 namespace {
-constexpr double kSingular = 1e-12;
+constexpr double kRankBound = 1e-12;
 }
 
 struct LeastSquares::Factors {
@@ -28,9 +28,9 @@ void LeastSquares::compute(const Eigen::MatrixXd& matrix) {
   lu.compute(matrix);
   // The estimate is none if a pivot is 0.
   const Eigen::ArrayXd pivots = lu.matrixLU().diagonal().array().abs();
-  is_regular = pivots.minCoeff() > kSingular * pivots.maxCoeff() && lu.rcond() > kSingular;
+  is_regular = pivots.minCoeff() > kRankBound * pivots.maxCoeff() && lu.rcond() > kRankBound;
   if (is_regular) return;
-  decomposition.setThreshold(kSingular);
+  decomposition.setThreshold(kRankBound);
   decomposition.compute(matrix);
 }
 

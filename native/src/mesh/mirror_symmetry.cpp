@@ -19,7 +19,7 @@ namespace arap {
 namespace {
 
 /// Cell size of the grid: a search looks at two or three cells, and cells are not much larger than what it looks for.
-constexpr double kCell = 4 * kMirrorTolerance;
+constexpr double kGridCell = 4 * kMirrorTolerance;
 /// If more vertices than this are near one image, the mesh counts as not symmetric: comparing all would take quadratic
 /// time, for example if one stray vertex far away makes the rest of the mesh tiny.
 constexpr int kMostCandidates = 256;
@@ -108,7 +108,7 @@ std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads,
   if (axes.empty()) return {};
   surface.centres = face_centres(mesh)(vertices, all);
   meter.add(0.2);
-  const PointGrid grid(surface.rest, kCell, threads);
+  const PointGrid grid(surface.rest, kGridCell, threads);
   meter.add(0.2);
   std::vector<std::vector<int>> mirrors;
   for (const int axis : axes) {

@@ -3,16 +3,10 @@
 
 #include <algorithm>
 
+#include "optimize/row_grain.h"
 #include "parallel/parallel.h"
 
 namespace arap {
-
-namespace {
-
-/// Rows that a thread takes at once.
-constexpr int kRows = 2048;
-
-}  // namespace
 
 double DragPredictor::share(const Positions& step) const {
   // Above 1 what is ahead grows from frame to frame; a drag that gets faster needs a little of it.

@@ -7,16 +7,10 @@
 #include <utility>
 
 #include "base/eigen_compat.h"
+#include "optimize/row_grain.h"
 #include "parallel/parallel.h"
 
 namespace arap {
-
-namespace {
-
-/// Rows that a thread takes at once.
-constexpr int kRows = 2048;
-
-}  // namespace
 
 double longest_row(const Positions& x, const Workers& workers) {
   const double squared = parallel_reduce<kRows>(

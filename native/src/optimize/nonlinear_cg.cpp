@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "optimize/row_grain.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -16,9 +17,6 @@ namespace {
 /// Nearer to the minimum the rounded forces of single precision make the iteration slower, and some 1e-6 from it they
 /// end it: what is soft multiplies them.
 constexpr double kNearestInSingle = 1e-4;
-
-/// Rows that a thread takes at once.
-constexpr int kRows = 2048;
 
 template <class Rows>
 auto flat(Rows& x, int begin, int end) {

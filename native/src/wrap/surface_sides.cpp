@@ -12,7 +12,7 @@ namespace arap {
 namespace {
 
 /// Beyond so many of the triangle's longest edges a point does not keep its distance; from half of it on less and less.
-constexpr double kFarthest = 4;
+constexpr double kFarthestInEdges = 4;
 /// A point beside the triangle, as beyond the rim of an open surface, is on no side of it: the least distance from the
 /// plane, of that from the triangle.
 constexpr double kLeastAbove = .5;
@@ -41,7 +41,7 @@ class Side {
     if (squared >= std::pow(kLeastHeight * longest * longest, 2))
       put(side::kInverse, Vector3(ac.squaredNorm(), -ab.dot(ac), ab.squaredNorm()) * longest * longest / squared);
     numbers_[side::kDistance] = above / longest;
-    numbers_[side::kStrength] = share * std::clamp(2 - 2 * away / (kFarthest * longest), 0., 1.);
+    numbers_[side::kStrength] = share * std::clamp(2 - 2 * away / (kFarthestInEdges * longest), 0., 1.);
     numbers_[side::kPerEdge] = 1 / longest;
   }
 

@@ -17,7 +17,7 @@ using arap::Cage;
 using arap::WeightBlocks;
 using Row = Eigen::RowVector3d;
 
-Positions in_cage(const Cage& cage, Positions points) {
+Positions to_cage(const Cage& cage, Positions points) {
   for (auto point : points.rowwise()) point = cage.to_cage(point);
   return points;
 }
@@ -38,7 +38,7 @@ Eigen::MatrixXd weights_of(const Cage& cage, const Positions& points, double spa
 TEST(Harmonic, WeightsSumToOneGiveThePointAndAreNotNegative) {
   for (const MeshData& mesh : all_cages()) {
     const Cage cage(mesh.mesh());
-    const Positions points = in_cage(cage, points_inside(mesh, 60));
+    const Positions points = to_cage(cage, points_inside(mesh, 60));
     const Eigen::MatrixXd w = weights_of(cage, points);
     EXPECT_LT((w.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-13) << mesh.name;
     EXPECT_LT(max_distance(w * cage.vertices(), points), 1e-12) << mesh.name;
@@ -81,7 +81,7 @@ TEST(Harmonic, InATetrahedronItIsLinear) {
   Eigen::MatrixXd at_nodes = Eigen::MatrixXd::Zero(grid.n_nodes(), 6);
   grid.solve(arap::Workers(1), {}, [&](int first, const Positions& values) { at_nodes.middleCols(first, 3) = values; });
   int n_whole = 0;
-  const Positions points = in_cage(cage, points_inside(tetrahedron(), 100));
+  const Positions points = to_cage(cage, points_inside(tetrahedron(), 100));
   for (const auto point : points.rowwise()) {
     const arap::HarmonicGrid::Cell cell = grid.cell_at(point);
     if (!cell.is_whole()) continue;
@@ -100,7 +100,7 @@ TEST(Harmonic, InATetrahedronItIsLinear) {
 TEST(Harmonic, FinerGridsComeNearer) {
   for (const MeshData& mesh : {cube(), icosphere(1), l_cage()}) {
     const Cage cage(mesh.mesh());
-    const Positions points = in_cage(cage, points_inside(mesh, 50));
+    const Positions points = to_cage(cage, points_inside(mesh, 50));
     const Eigen::MatrixXd finest = weights_of(cage, points, 1. / 64);
     const auto off = [&](double spacing) { return (weights_of(cage, points, spacing) - finest).cwiseAbs().maxCoeff(); };
     EXPECT_LT(off(1. / 32), .02) << mesh.name;
@@ -112,7 +112,7 @@ TEST(Harmonic, FinerGridsComeNearer) {
 TEST(Harmonic, LooseVerticesOfTheCageChangeNothing) {
   const MeshData mesh = icosphere(1);
   const Cage cage(mesh.mesh());
-  const Positions points = in_cage(cage, points_inside(mesh, 20));
+  const Positions points = to_cage(cage, points_inside(mesh, 20));
   const Eigen::MatrixXd expected = weights_of(cage, points);
   for (const double away : {30., 1e9}) {
     MeshData with_loose = mesh;
@@ -129,7 +129,7 @@ TEST(Harmonic, ALimbFollowsItsOwnPart) {
   const Cage cage(mesh.mesh());
   Positions point(1, 3);
   point << 3, .25, .1;  // the end of one arm
-  point = in_cage(cage, point);
+  point = to_cage(cage, point);
   const Eigen::MatrixXd w = weights_of(cage, point);
   const Eigen::VectorXd mean_values = mean_value_coordinates(cage, point.row(0));
   double of_harmonic = 0;
@@ -164,7 +164,7 @@ TEST(Harmonic, TellsWhatIsOutside) {
 
 TEST(Harmonic, IsTheSameAgain) {
   const Cage cage(bumpy_sphere(1).mesh());
-  const Positions points = in_cage(cage, points_inside(bumpy_sphere(1), 30));
+  const Positions points = to_cage(cage, points_inside(bumpy_sphere(1), 30));
   EXPECT_EQ(weights_of(cage, points, .05, 2), weights_of(cage, points, .05, 2));
   EXPECT_LT((weights_of(cage, points, .05, 2) - weights_of(cage, points, .05, 1)).cwiseAbs().maxCoeff(), 1e-6);
 }

@@ -101,6 +101,10 @@ MeshData flipped(const MeshData& mesh) {
   return result;
 }
 
+Positions bent(const MeshData& cage) {
+  return cage.positions() + Random(9).noise(cage.n_vertices(), .1 * cage.diagonal());
+}
+
 double winding(const MeshData& cage, const Vector3& point) {
   double sum = 0;
   for_each_triangle(cage, [&](const Vector3& a, const Vector3& b, const Vector3& c) {

@@ -17,6 +17,8 @@ std::vector<MeshData> all_cages();
 bool has_bent_quads(const MeshData& mesh);
 /// With the fronts of all faces inwards.
 MeshData flipped(const MeshData& mesh);
+/// Positions of a cage, bent and stretched by a tenth of its size.
+Positions bent(const MeshData& cage);
 
 /// n points inside of a cage, not nearer to its faces than a fiftieth of its diagonal.
 Positions points_inside(const MeshData& cage, int n, std::uint64_t seed = 1);

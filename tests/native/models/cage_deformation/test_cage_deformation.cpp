@@ -31,11 +31,6 @@ CageOptions of(CageCoordinates coordinates, int threads = 1) {
 
 constexpr CageCoordinates kBoth[] = {CageCoordinates::kMeanValue, CageCoordinates::kGreen};
 
-/// The cage, bent and stretched by a tenth of its size.
-Positions bent(const MeshData& cage) {
-  return cage.positions() + Random(9).noise(cage.n_vertices(), .1 * cage.diagonal());
-}
-
 TEST(CageDeformation, AtRestAndUnderSimilaritiesPointsMoveAsTheCage) {
   const RigidMotion motion = Random(4).rigid_motion(3, 5);
   for (const MeshData& mesh : all_cages())

@@ -18,7 +18,7 @@ using arap::CageDeformation;
 using arap::CageOptions;
 using arap::InvalidInput;
 
-CageOptions of(CageCoordinates coordinates) {
+CageOptions fit_options(CageCoordinates coordinates) {
   CageOptions options;
   options.coordinates = coordinates;
   options.grid_spacing = .05;
@@ -27,14 +27,10 @@ CageOptions of(CageCoordinates coordinates) {
 
 constexpr CageCoordinates kLinear[] = {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic};
 
-Positions bent(const MeshData& cage) {
-  return cage.positions() + Random(9).noise(cage.n_vertices(), .1 * cage.diagonal());
-}
-
 TEST(CageFit, FindsTheCageThatMovedThePoints) {
   for (const MeshData& mesh : all_cages())
     for (const CageCoordinates coordinates : kLinear) {
-      const CageDeformation cage(mesh.mesh(), points_inside(mesh, 400), of(coordinates));
+      const CageDeformation cage(mesh.mesh(), points_inside(mesh, 400), fit_options(coordinates));
       const Positions moved = bent(mesh);
       const Positions found = cage.fit(cage.deform(moved), 1e-9);
       EXPECT_LT(max_distance(found, moved), 1e-2 * mesh.diagonal()) << mesh.name;
@@ -117,7 +113,7 @@ TEST(CageFit, SaysWhatIsWrong) {
   const MeshData mesh = cube();
   const Positions points = points_inside(mesh, 5);
   const auto fit = [&](const Positions& positions, double smoothness, CageCoordinates coordinates) {
-    static_cast<void>(CageDeformation(mesh.mesh(), points, of(coordinates)).fit(positions, smoothness));
+    static_cast<void>(CageDeformation(mesh.mesh(), points, fit_options(coordinates)).fit(positions, smoothness));
   };
   expect_error<InvalidInput>([&] { fit(mesh.positions(), 1, CageCoordinates::kMeanValue); },
                              {"positions has 8 rows, expected 5"});
