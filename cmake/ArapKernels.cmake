@@ -23,6 +23,9 @@ function(arap_add_kernels target)
     # -O3 in every build type: kernels need inlining to be of use. -Wno-psabi: GCC warns about passing vectors wider
     # than the instruction set's, but none is passed between sources.
     set(flags -O3 -ffp-contract=fast)
+    if(ARAP_SANITIZE)
+      set(flags -O1 -ffp-contract=fast) # checks in unrolled loops take minutes to optimize
+    endif()
     if(MSVC)
       list(TRANSFORM flags PREPEND /clang:)
     endif()
