@@ -14,9 +14,10 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
-from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
-from ..scene.cages import place as cages
+from ..scene import handle_motion, meshes, pose_key, shape_keys, staying
 from ..scene.movers import chain
+from ..scene.placing import cages
+from ..scene.placing import handles as placing
 from ..setup.handle_changes import take_over
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself

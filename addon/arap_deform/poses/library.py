@@ -19,8 +19,9 @@ from ..core import naming
 from ..core.arrays import Floats
 from ..core.patches import diagonal_of
 from ..props import hooks
-from ..scene import handle_motion, meshes, placing
+from ..scene import handle_motion, meshes
 from ..scene.cages.read import check_no_cage
+from ..scene.placing import handles as placing
 from . import blend
 
 if TYPE_CHECKING:

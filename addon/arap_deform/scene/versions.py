@@ -11,11 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s
-from .points.curves import fields_of
 
 # Below this many vertices for each tree a plain pass over the vertices' groups is faster than the node trees.
 NODES_PAY_FROM = 10_000
 MOST_IN_TREE = 16  # groups: to set up a tree takes time quadratic in its nodes
+
+
+def fields_of(points: Any) -> tuple[str, ...]:
+    """Which coordinates the points of a spline or a shape key have. All have those of the first."""
+    has_handles = len(points) > 0 and hasattr(points[0], "handle_left")
+    return ("co", "handle_left", "handle_right") if has_handles else ("co",)
 
 
 def read_key(key: bpy.types.ShapeKey) -> Float32s:

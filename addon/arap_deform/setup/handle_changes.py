@@ -14,9 +14,9 @@ from mathutils import Matrix
 from ..core import naming
 from ..props import hooks
 from ..scene import groups, handle_motion, pose_key, staying
-from ..scene.cages import place as cages
 from ..scene.held import HeldMesh, fit
 from ..scene.inputs import has_group
+from ..scene.placing import cages
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cages in Blender: how they are read, and put back."""
+"""Cages in Blender: how they are read, and saved."""

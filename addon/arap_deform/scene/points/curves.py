@@ -13,12 +13,7 @@ import bpy
 import numpy as np
 
 from ...core.arrays import Float32s, Ints
-
-
-def fields_of(points: Any) -> tuple[str, ...]:
-    """Which coordinates the points of a spline or a shape key have. All have those of the first."""
-    has_handles = len(points) > 0 and hasattr(points[0], "handle_left")
-    return ("co", "handle_left", "handle_right") if has_handles else ("co",)
+from ..versions import fields_of
 
 
 def check_one_type(obj: bpy.types.Object) -> None:

@@ -15,7 +15,7 @@ from mathutils import Matrix
 from ...core.arrays import Float32s
 from ...core.cages.shape import CageShape
 from .. import handle_motion, meshes, pose_key, versions
-from . import read, saved
+from ..cages import read, saved
 
 if TYPE_CHECKING:
     from ...props.handles import ArapHandle
