@@ -11,7 +11,7 @@ help:
 	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
 	@echo "make attack  bad meshes up to 512,000 vertices, random calls and random acts for 20 minutes each; OPTIONS=SEED"
 	@echo "make test-all   the same in every bpy of PyPI that is supported, not only in the newest"
-	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
+	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/*.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
 	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
 	@echo "make bench-limbs    twisted and bent limbs, a surface beside a solid; build/bench/limbs.json"

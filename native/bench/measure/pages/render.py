@@ -3,9 +3,9 @@
 
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
-RESULTS_DIR holds results.json (native, frame, together, drag and overlay) and peers.json for performance.md,
-quality.json, limbs.json and followers.json for quality.md, and compare.json and report.json for comparison.md and its
-tables. A section without results stays as it is.
+RESULTS_DIR holds native, frame, together and peers.json for performance.md, and in window/VERSION drag-*.json and
+overlay.json; quality.json, limbs.json and followers.json for quality.md, and compare.json and report.json for
+comparison.md and its tables. A section without results stays as it is.
 """
 
 from __future__ import annotations
@@ -29,20 +29,23 @@ PICTURES = {
 
 def performance(folder: Path, images: Path) -> dict[str, str]:
     """The Markdown of each section of performance.md that has results; draws their pictures."""
-    results, of_peers = (read_json(folder / f"{name}.json") for name in ("results", "peers"))
+    of_native, frame, together, of_peers = (
+        read_json(folder / f"{name}.json") for name in ("native", "frame", "together", "peers")
+    )
+    drag, overlay = (
+        [read_json(path) for path in sorted(folder.glob(f"window/*/{name}.json"))] for name in ("drag-*", "overlay")
+    )
     found = {}
-    if "native" in results:
-        found["native"] = joined(native.native(results["native"]), picture("sizes"))
-        plots.plot_native(results["native"], images / "performance-sizes.svg")
-    tables: dict[str, Callable[[Any], str]] = {
-        "frame": native.frame,
-        "together": native.together,
-        "drag": native.drag,
-        "overlay": native.overlay,
+    if of_native:
+        found["native"] = joined(native.native(of_native), picture("sizes"))
+        plots.plot_native(of_native, images / "performance-sizes.svg")
+    tables: dict[str, tuple[Callable[[Any], str], Any]] = {
+        "frame": (native.frame, frame),
+        "together": (native.together, together),
+        "drag": (native.drag, drag),
+        "overlay": (native.overlay, overlay),
     }
-    for name, table in tables.items():
-        if results.get(name):
-            found[name] = table(results[name])
+    found |= {name: table(results) for name, (table, results) in tables.items() if results}
     if of_peers:
         found["peers"] = joined(peers.peers(of_peers), picture("peers"), picture("descent"))
         plots.plot_peers(of_peers, images / "performance-peers.svg")
