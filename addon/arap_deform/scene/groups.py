@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import naming
 from ..core.arrays import Floats, Ints
 from . import versions
 
@@ -39,10 +40,17 @@ def check(obj: bpy.types.Object, name: str) -> None:
 
 
 def new(obj: bpy.types.Object, indices: Ints, name: str) -> str:
-    """A new group of these vertices, weight 1; its name, which Blender may have numbered."""
-    group = obj.vertex_groups.new(name=name)
+    """A new group of these vertices, weight 1; its name, numbered if a group has it, or a bone that would take it."""
+    taken = {*obj.vertex_groups.keys(), *_names_of_bones(obj)}
+    group = obj.vertex_groups.new(name=naming.unique(name, taken))
     group.add(indices.tolist(), 1.0, "REPLACE")
     return str(group.name)
+
+
+def _names_of_bones(obj: bpy.types.Object) -> set[str]:
+    """Of the armatures that the object is skinned to: a group of such a name would be moved by the bone."""
+    rigs = [modifier.object for modifier in obj.modifiers if modifier.type == "ARMATURE" and modifier.object]
+    return {bone.name for rig in rigs for bone in rig.data.bones}
 
 
 def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> None:

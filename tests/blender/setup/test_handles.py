@@ -4,7 +4,7 @@
 from unittest import mock
 
 import numpy as np
-from looks import group_of, in_world, key_positions, rest_positions
+from looks import group_of, in_world, key_positions, rest_positions, shown_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, module
 from tubes import (
@@ -376,6 +376,7 @@ class RefusalTest(SceneTest):
         """Else it would move the mesh twice, whichever way it becomes a handle."""
         rig, obj = armature(), mesh_object()
         self.api.add_handle_for(obj, rig, "Lower")
+        obj.vertex_groups.new(name="Upper")
         modifier = obj.modifiers.new("Skin", "ARMATURE")
         modifier.object = rig
         remedy = "already; remove it or switch it off, in viewports and renders"
@@ -407,6 +408,25 @@ class RefusalTest(SceneTest):
         obj.arap.handles[0].bone = "Lower"
         reason = "the parent (Armature Deform) moves the mesh with bone 'Lower' already; clear the parent, and keep the"
         self.assertEqual(module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason} place")
+
+    def test_a_bone_of_the_skin_that_does_not_move_this_mesh_is_a_handle(self):
+        """A bone without a vertex group moves nothing, and the handle's own group does not become one."""
+        rig, obj = armature(), mesh_object()
+        obj.vertex_groups.new(name="Lower").add(list(range(len(obj.data.vertices))), 1.0, "REPLACE")
+        modifier = obj.modifiers.new("Skin", "ARMATURE")
+        modifier.object = rig
+        self.api.add_pin(obj, BOTTOM)
+        handle = self.api.add_handle_for(obj, rig, "Upper", 2.1)
+        self.assertEqual((handle.name, handle.vertex_group), ("Upper", "Upper.001"))
+        rig.pose.bones["Upper"].location.y = 1.0
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), rest_positions(obj))
+        self.api.solve(obj)
+        obj.vertex_groups.new(name="Upper")
+        self.assertRaises(ValueError, self.api.solve, obj)
+        obj.vertex_groups.remove(obj.vertex_groups["Upper"])
+        modifier.use_bone_envelopes = True
+        self.assertRaises(ValueError, self.api.solve, obj)
 
     def test_what_the_mesh_is_hooked_to_is_no_handle(self):
         obj, empty = mesh_object(), empty_at((0.0, 0.0, 4.0), "Control")

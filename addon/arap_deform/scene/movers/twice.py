@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 import bpy
 
 from .. import meshes
@@ -28,15 +30,21 @@ def _is_moved(obj: bpy.types.Object, modifier: bpy.types.Modifier, target: bpy.t
         return bool(modifier.object == target and modifier.subtarget == bone)
     if modifier.type != "ARMATURE" or modifier.object != target:
         return False
-    return _deforms(target, bone) if bone else not _is_above(target, obj)
+    if not bone:
+        return not _is_above(target, obj)
+    groups = obj.vertex_groups if modifier.use_vertex_groups else ()
+    return _deforms(target, bone, None if modifier.use_bone_envelopes else groups)
 
 
-def _deforms(armature: bpy.types.Object, bone: str) -> bool:
-    """Whether the bone, or one that hangs on it, is there to deform; without a name, any."""
+def _deforms(armature: bpy.types.Object, bone: str, groups: Container[str] | None = None) -> bool:
+    """Whether the bone, or one that hangs on it, is there to deform; without a name, any.
+
+    ``groups``: the names of the bones that have a vertex group, if others move nothing.
+    """
     bones = armature.data.bones
     todo = [found for found in [bones.get(bone)] if found is not None] if bone else list(bones)
     for each in todo:  # which grows
-        if each.use_deform:
+        if each.use_deform and (groups is None or each.name in groups):
             return True
         todo += each.children
     return False
