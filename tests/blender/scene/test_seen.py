@@ -1,33 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pose that would not be seen is refused before anything is solved, by one look that leaves no trace."""
 
+from unittest import mock
+
 import bpy
 import numpy as np
-from looks import key_names, key_positions, shown_positions
+from looks import key_names, key_positions, rest_positions, shown_positions
+from modifiers import add_nodes
 from support import SceneTest, module
 from tubes import BOTTOM, TOP, animate, mesh_object, own_key, posable
 
 SEEN = "A pose of 'Tube' would not be seen: "
 REMEDY = "switch it off in viewports and renders"
-
-
-def add_nodes(obj, *, takes_places: bool, name: str = "Nodes") -> bpy.types.Modifier:
-    """Geometry Nodes that set the place of each vertex: to another one, or to its own."""
-    tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
-    for side in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
-    start, end = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
-    place = tree.nodes.new("GeometryNodeSetPosition")
-    tree.links.new(start.outputs[0], place.inputs["Geometry"])
-    tree.links.new(place.outputs[0], end.inputs[0])
-    if takes_places:
-        combined = tree.nodes.new("ShaderNodeCombineXYZ")
-        tree.links.new(tree.nodes.new("GeometryNodeInputIndex").outputs[0], combined.inputs[0])
-        tree.links.new(combined.outputs[0], place.inputs["Position"])
-    modifier = obj.modifiers.new(name, "NODES")
-    modifier.node_group = tree
-    bpy.context.view_layer.update()
-    return modifier
 
 
 class SeenTest(SceneTest):
@@ -105,6 +89,23 @@ class SeenTest(SceneTest):
         path = self.new_folder() / "tube.pc2"
         self.assert_error(ValueError, message, self.api.export_mesh_cache, obj, path, 1, 3, add_modifier=True)
         self.api.export_mesh_cache(obj, path, 1, 3)  # the file is seen elsewhere
+
+    def test_a_mesh_far_from_its_origin_keeps_its_shape_in_the_look(self):
+        """A modifier that makes a new mesh of it, as Remesh, would work for hours on one that is torn apart."""
+        obj = posable()
+        far = (rest_positions(obj) + 1000.0).astype(np.float32)
+        obj.data.attributes["position"].data.foreach_set("vector", far.ravel())
+        add_nodes(obj, takes_places=False)
+        shown = []
+        versions = module("scene.versions")
+        with mock.patch.object(versions, "write_positions", lambda _mesh, positions: shown.append(positions)):
+            self.look(obj)
+        displaced, back = shown
+        self.assertTrue((back == far).all())
+        self.assertLess(np.abs(displaced - far).max(), 0.1)
+        self.assertEqual(self.look(obj), "")
+        add_nodes(obj, takes_places=True)
+        self.assertIn("would not be seen", self.look(obj))
 
     def test_another_key_shown_alone(self):
         obj = posable()

@@ -28,7 +28,10 @@ PASSING = {
 # These show what they have simulated before, until it is simulated again: a look says nothing, and would disturb them.
 SIMULATED = {"CLOTH", "DYNAMIC_PAINT", "EXPLODE", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}
 
-STEP = 0.01  # displacement, as a fraction of the largest coordinate
+# Displacement, as a fraction of the mesh's size: what makes a new mesh of it, as Remesh, should have no more to do. And
+# of the largest coordinate, for what single precision leaves of it far from the origin.
+STEP = 0.01
+LEAST_STEP = 1e-5
 MOVED = 1e-3  # least displacement seen, as a fraction of that
 
 Stack = tuple[tuple[Any, ...], ...]
@@ -129,7 +132,7 @@ def _is_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, rows: Ints |
     before = _evaluated(obj, depsgraph)
     if not len(before):
         return True  # nothing shows in this frame, as under Build: it may in others
-    step = STEP * (float(np.abs(meshes.read_rest(obj)).max(initial=0.0)) or 1.0)
+    step = _step(meshes.read_rest(obj))
     with _displaced(obj, depsgraph, step):
         after = _evaluated(obj, depsgraph)
     if len(before) != len(after):
@@ -137,6 +140,11 @@ def _is_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, rows: Ints |
     if rows is not None and len(after) == len(obj.data.vertices):
         before, after = before[rows], after[rows]
     return bool(np.abs(after - before).max(initial=0.0) > MOVED * step)
+
+
+def _step(rest: Float32s) -> float:
+    size, largest = (float(np.max(values, initial=0.0)) for values in (np.abs(rest - rest[:1]), np.abs(rest)))
+    return max(STEP * size, LEAST_STEP * largest) or STEP
 
 
 def _evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:
@@ -148,7 +156,7 @@ def _displaced(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, step: floa
     """Displaces each vertex by about ``step``, each otherwise: a modifier may undo what all have in common."""
     n = len(obj.data.vertices)
     shift = (step * np.random.default_rng(0).uniform(0.5, 1.5, (n, 3))).astype(np.float32)
-    places: list[bpy.types.ShapeKey | bpy.types.Mesh] = _keys_shown(obj.data.shape_keys) or [obj.data]
+    places: list[bpy.types.ShapeKey | bpy.types.Mesh] = _keys_shown(obj) or [obj.data]
     former = [_read(place) for place in places]
 
     def write(positions: Iterable[Float32s]) -> None:
@@ -169,10 +177,13 @@ def _read(place: bpy.types.ShapeKey | bpy.types.Mesh) -> Float32s:
     return versions.read_key(place) if isinstance(place, bpy.types.ShapeKey) else versions.read_positions(place)
 
 
-def _keys_shown(keys: bpy.types.Key | None) -> list[bpy.types.ShapeKey]:
+def _keys_shown(obj: bpy.types.Object) -> list[bpy.types.ShapeKey]:
     """The reference, and what shows besides with what that is relative to: moved alike, their differences stay."""
+    keys = obj.data.shape_keys
     if keys is None:
         return []
+    if obj.show_only_shape_key and obj.active_shape_key is not None:
+        return [obj.active_shape_key]
     found = [keys.reference_key]
     for key in keys.key_blocks:
         found += [key, key.relative_key] if key.value and not key.mute else []
