@@ -10,6 +10,7 @@ import bpy
 
 from ..core.mirror import are_same
 from ..core.session_input import is_same_stretch
+from ..scene.movers import still
 from .shapes_job import Result, ShapesJob
 from .walk import FramesWalk
 
@@ -41,6 +42,9 @@ class FramesJob(ShapesJob[Result]):
     @property
     def stage_fraction(self) -> float:
         return super().stage_fraction if self._walk.is_done else self._walk.fraction
+
+    def _check_ready(self, obj: bpy.types.Object, _depsgraph: bpy.types.Depsgraph) -> None:
+        still.check(obj)
 
     def _shape_name(self) -> str:
         return f"frame {self.frame}"

@@ -20,7 +20,6 @@ from ..core.sessions import AnySession
 from ..follow import mesh
 from ..scene import meshes
 from ..scene.inputs import read_input
-from ..scene.movers import still
 
 Result = TypeVar("Result")
 
@@ -131,9 +130,9 @@ class ShapesJob(ABC, Generic[Result]):
             self._bind.drop()
         self._go_back()
 
-    def _check_ready(self, obj: bpy.types.Object, _depsgraph: bpy.types.Depsgraph) -> None:
+    @abstractmethod
+    def _check_ready(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         """Raises ValueError if the work would be for nothing."""
-        still.check(obj)
 
     @abstractmethod
     def _shape_name(self) -> str:

@@ -15,6 +15,7 @@ from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
 from ..core.background import Progress
 from ..core.job import run_job
+from ..follow import ready
 from ..scene import pose_key, shape_keys, versions
 from ..scene.cages.read import check_no_cage
 from . import library
@@ -46,6 +47,9 @@ class PoseKeysJob(ShapesJob[list[str]]):
     def cancel(self) -> None:
         super().cancel()
         self._shapes.close()
+
+    def _check_ready(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        ready.check_seen(obj, depsgraph, self._inputs)  # not what moves the handles: the poses say where these are
 
     def _shape_name(self) -> str:
         return f"pose '{self._names[min(self._n_done, self.n_shapes - 1)]}'"

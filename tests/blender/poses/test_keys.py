@@ -2,8 +2,9 @@
 """Stored poses as shape keys: solved to the end, named, and nobody else's key touched."""
 
 from looks import data_of, key_names, key_positions, rest_positions
+from modifiers import add_nodes
 from support import SceneTest, bpy, module
-from tubes import MIDDLE, bend, move, posable
+from tubes import BOTTOM, MIDDLE, armature, bend, mesh_object, move, posable
 
 
 class PoseKeysTest(SceneTest):
@@ -53,6 +54,24 @@ class PoseKeysTest(SceneTest):
         obj.arap.poses[0].name = "Bow"
         self.assertEqual(self.api.poses_to_keys(obj), ["Bow", "Turned"])
         self.assertEqual(key_names(obj), ["Basis", "Bow", "Turned"])
+
+    def test_what_moves_the_handles_does_not_matter_but_whether_a_key_is_seen(self):
+        obj, rig = mesh_object(), armature()
+        self.api.add_pin(obj, BOTTOM)
+        self.api.add_handle_for(obj, rig, "Upper", 0.7)
+        self.api.store_pose(obj, "Bent")
+        rig.data.pose_position = "REST"
+        self.assertEqual(self.api.poses_to_keys(obj), ["Bent"])
+        obj.show_only_shape_key, obj.active_shape_key_index = True, 1
+        modifier = add_nodes(obj, takes_places=False)
+        self.assertEqual(self.api.poses_to_keys(obj), ["Bent"])
+        obj.modifiers.remove(modifier)
+        add_nodes(obj, takes_places=True)
+        message = (
+            "A pose of 'Tube' would not be seen: modifier 'Nodes' takes the vertices from elsewhere; switch it off in "
+            "viewports and renders"
+        )
+        self.assert_error(ValueError, message, self.api.poses_to_keys, obj)
 
     def test_keys_of_others_are_left_alone(self):
         obj, truth = self.with_poses()
