@@ -18,6 +18,7 @@ from ..core.carry.surface import PreparedSurface
 from ..core.carry.wrap import Wrap
 from ..core.carry.wrap_input import WrapInput
 from ..core.session_data import SessionMesh
+from ..core.transforms import has_no_inverse
 from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes
@@ -47,7 +48,7 @@ def place_of(follower: ArapFollower) -> Floats:
 def read_input(body: bpy.types.Object, follower: ArapFollower) -> WrapInput:
     """Everything that a bind needs. Raises ValueError if the body or the place of the follower cannot be used."""
     target, place = follower.target, place_of(follower)
-    if not (np.isfinite(place).all() and abs(np.linalg.det(place[:3, :3])) > 0.0):
+    if has_no_inverse(place):
         raise ValueError(f"The place of '{target.name}' is lost: press Carry Along again")
     # As last evaluated: this may be called by a handler, in which an evaluation would call handlers again.
     depsgraph = meshes.drawn_depsgraph(bpy.context)
