@@ -32,6 +32,7 @@ from .pose.solve import begin_solve
 from .poses.keys import PoseKeysJob
 from .scene import pose_key, shape_keys
 from .scene.console import say
+from .scene.movers import order
 from .scene.movers.still import why_missing
 
 COMMAND = "arap"
@@ -157,15 +158,28 @@ def _work(options: argparse.Namespace, output: Path) -> None:
         raise ValueError(f"--cache takes one object, but {len(objects)} have handles: name it with --object")
     if getattr(options, "frame", None) is not None:
         scene.frame_set(options.frame)
-    acts = _all_acts(objects, scene, options)
+    acts = _all_acts(objects, scene, options)  # all are checked before any work
     try:
         _check_space(output, acts)
+        first, *later = order.waves(objects)
+        acts = _kept(acts, first)
         while acts:
             say(acts[0].tell(run_job(acts[0].job)))
             sessions.drop(acts.pop(0).job.object_name)  # a shot has many meshes
+            if later and not acts:  # these hang on the shapes that are there now
+                acts = _all_acts(later.pop(0), scene, options)
     finally:
         for act in acts:
             act.job.cancel()
+
+
+def _kept(acts: Sequence[Act], objects: Sequence[bpy.types.Object]) -> list[Act]:
+    """The work on these objects; the other one is cancelled."""
+    names = {obj.name for obj in objects}
+    for act in acts:
+        if act.job.object_name not in names:
+            act.job.cancel()
+    return [act for act in acts if act.job.object_name in names]
 
 
 def _all_acts(objects: Sequence[bpy.types.Object], scene: bpy.types.Scene, options: argparse.Namespace) -> list[Act]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
+from mathutils import Matrix
 from support import SceneTest, bpy, module
 from tubes import BOTTOM, MIDDLE, TOP, animate, armature, empty_at, mesh_object, posable
 
@@ -247,6 +248,27 @@ class CliTest(SceneTest):
             self.assertEqual(out.count("11 keys"), 1 + len(others))
             walks.append(frames.copy())
         self.assertEqual(walks[0], walks[1])
+
+    def test_a_mesh_that_hangs_on_another_one_is_posed_after_it(self):
+        """Its handle hangs on a vertex of the other; both are in one command."""
+        for command in (["pose", "--frame", 11], ["bake", "--frame", 11], ["bake", "--start", 1, "--end", 11]):
+            with self.subTest(command=command):
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                worn = mesh_object("Above", Matrix.Translation((0.0, 0.0, 4.0)))
+                self.api.add_pin(worn, TOP)
+                self.scene = bpy.context.scene
+                self.save_scene()
+                rider = empty_at((0.0, 0.0, 0.0), "Rider")
+                rider.parent, rider.parent_type = bpy.data.objects["Tube"], "VERTEX"
+                rider.parent_vertices = (TOP[0], 0, 0)
+                bpy.context.view_layer.update()
+                self.api.add_handle_for(worn, rider, "", 0.6)
+                self.assertEqual(len(module("scene.movers.order").waves([worn, bpy.data.objects["Tube"]])), 2)
+                bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+                out, _ = self.done(*command, self.input, "--overwrite")
+                self.assertLess(out.index("Tube:"), out.index("Above:"))
+                bpy.context.scene.frame_set(11)
+                self.assertGreater(np.abs(shown_positions(bpy.data.objects["Above"])[BOTTOM, 1]).max(), 0.9)
 
     def test_a_folder_that_cannot_be_written_is_told_before_any_work(self):
         self.save_scene()

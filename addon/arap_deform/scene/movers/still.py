@@ -5,12 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 
 from ...core import naming
 from ..cages.read import enabled_cage
 from .chain import BONE, PLACE, POSE, SHAPE, Chain, Part, parts_of
+
+if TYPE_CHECKING:
+    from ...props.handles import ArapHandle
 
 
 def check(obj: bpy.types.Object) -> None:
@@ -26,13 +30,18 @@ def problems(obj: bpy.types.Object) -> list[str]:
     evaluated: what Blender could not do then is noted in its drivers.
     """
     chain = Chain()
-    cage = enabled_cage(obj)
-    handles = [cage] if cage is not None else [handle for handle in obj.arap.handles if handle.is_enabled]
     found = [(f"'{obj.name}'", _why_still([Part(obj, PLACE)], chain))]
-    for handle in (handle for handle in handles if handle.target is not None):
+    for handle in handles_of(obj):
         whose = f"{'Cage' if handle.is_cage else 'Handle'} '{handle.name}' of '{obj.name}'"
         found.append((whose, _why_still(parts_of(handle), chain)))
     return [f"{whose} does not move as it should: {reason}" for whose, reason in found if reason]
+
+
+def handles_of(obj: bpy.types.Object) -> list[ArapHandle]:
+    """The enabled handles that have an object; if a cage is among them, that alone."""
+    cage = enabled_cage(obj)
+    handles = [cage] if cage is not None else [handle for handle in obj.arap.handles if handle.is_enabled]
+    return [handle for handle in handles if handle.target is not None]
 
 
 def _why_still(parts: list[Part], chain: Chain) -> str:
