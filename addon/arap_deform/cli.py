@@ -11,8 +11,10 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -227,7 +229,17 @@ def _save(file: WholeFile) -> None:
         _write_blend(file.part)
     except RuntimeError as error:  # its folder could be written, so it is the disk; Blender may say "Success"
         raise file.failure(_words_of(error)) from error
+    _keep_versions(file.path)
     file.finish()
+
+
+def _keep_versions(path: Path) -> None:
+    """Renames the file that is there, and versions before it, as Blender does when it saves over one: .blend1, ..."""
+    n_versions = bpy.context.preferences.filepaths.save_version
+    places = [path, *(path.with_name(f"{path.name}{n + 1}") for n in range(n_versions))]
+    for newer, older in reversed(list(pairwise(places))):
+        with suppress(FileNotFoundError):
+            newer.replace(older)
 
 
 def _write_blend(path: Path) -> None:

@@ -155,7 +155,13 @@ class CliTest(SceneTest):
         self.assertEqual(self.output.read_text(), "mine")
         self.assertEqual(self.input.read_bytes(), before)
         self.assertEqual(self.run_cli("pose", self.input, "--frame", 11, "--overwrite")[0], 0)
-        self.assertNotEqual(self.input.read_bytes(), before)
+        after = self.input.read_bytes()
+        self.assertNotEqual(after, before)
+        kept, older = (self.folder / f"input.blend{n}" for n in (1, 2))
+        self.assertEqual(kept.read_bytes(), before, "as Blender keeps it")
+        bpy.context.preferences.filepaths.save_version = 2
+        self.assertEqual(self.run_cli("pose", self.input, "--frame", 11, "--overwrite")[0], 0)
+        self.assertEqual((kept.read_bytes(), older.read_bytes()), (after, before))
         self.assertIn("ARAP", self.load(self.input).data.shape_keys.key_blocks)
 
     def test_failures_give_one_line_and_a_code(self):
@@ -319,7 +325,8 @@ class CliTest(SceneTest):
             _, obj = self.done("bake", self.input)
         self.assertIn("ARAP_0011", key_names(obj))
         self.assertNotIn("ARAP", key_names(obj))
-        self.assertEqual(sorted(self.folder.iterdir()), [self.input, self.output])
+        others = self.folder / "output.blend1"  # as Blender keeps what it saves over
+        self.assertEqual(sorted(self.folder.iterdir()), [self.input, self.output, others])
 
     def test_a_library_of_the_file_is_not_written_over(self):
         library = self.folder / "library.blend"
