@@ -149,7 +149,7 @@ def copy_keyframes(source: bpy.types.FCurve, data: bpy.types.ID, item: Any, data
         values = np.empty(len(source.keyframe_points) * n, dtype=kind)
         source.keyframe_points.foreach_get(field, values)
         fcurve.keyframe_points.foreach_set(field, values)
-    fcurve.extrapolation = source.extrapolation
+    fcurve.extrapolation, fcurve.auto_smoothing = source.extrapolation, source.auto_smoothing
     for modifier in source.modifiers:
         copy = fcurve.modifiers.new(modifier.type)
         for name, value in _settings_of(modifier).items():
@@ -171,7 +171,8 @@ def _new_fcurve(data: bpy.types.ID, item: Any, data_path: str, n: int) -> bpy.ty
 
 def _shape_of(fcurve: bpy.types.FCurve) -> list[Any]:
     """What copy_keyframes() copies."""
-    shape: list[Any] = [fcurve.extrapolation, *(_settings_of(modifier) for modifier in fcurve.modifiers)]
+    ways = fcurve.extrapolation, fcurve.auto_smoothing
+    shape: list[Any] = [*ways, *(_settings_of(modifier) for modifier in fcurve.modifiers)]
     for field, n, kind in POINT_FIELDS:
         values = np.empty(len(fcurve.keyframe_points) * n, dtype=kind)
         fcurve.keyframe_points.foreach_get(field, values)

@@ -76,6 +76,20 @@ class TwinKeyframesTest(CarryTest):
         bpy.context.view_layer.update()
         self.assertIsNone(self.keyframes(target, "Wave"))
 
+    def test_between_keyframes_they_are_the_same(self):
+        """The handles of keyframes are worked out by what the F-curve is set to."""
+        body, target = self.dressed()
+        self.api.bake_pose(body, "Wave")
+        self.key(body, "Wave", 1, 5, 8, 2)
+        (curve,) = self.fcurves.fcurves_of(body.data.shape_keys)
+        for curve.auto_smoothing in ("NONE", "CONT_ACCEL"):
+            curve.update()
+            body.data.shape_keys.animation_data.action.update_tag()
+            bpy.context.view_layer.update()
+            (twin,) = self.fcurves.fcurves_of(target.data.shape_keys)
+            times = [0.25 * i for i in range(40)]
+            self.assertEqual([twin.evaluate(t) for t in times], [curve.evaluate(t) for t in times])
+
     def test_keyframes_that_are_pushed_into_a_strip_stay(self):
         body, target = self.dressed()
         self.key(body, "ARAP", 1, 5)
