@@ -52,13 +52,6 @@ class BoundModel {
     return positions_from(positions, "positions", n_vertices(), "one row per vertex");
   }
 
-  /// pybind11 asks for memory without an object in it if a script has called __new__ alone. It asks the class whose
-  /// method was called, so this has to be here.
-  static void* operator new(size_t) {
-    throw py::type_error("this model has no mesh, because only __new__ was called: call its class with a mesh");
-  }
-  static void operator delete(void* bound) { ::operator delete(bound); }
-
  protected:
   explicit BoundModel(std::shared_ptr<Model> model) : model_(std::move(model)) {}
 

@@ -105,12 +105,6 @@ class BoundCage {
         .format(native().n_points(), native().n_vertices(), threads, threads == 1 ? "thread" : "threads");
   }
 
-  /// As that of BoundModel.
-  static void* operator new(size_t) {
-    throw py::type_error("this CageDeformation has no cage, because only __new__ was called: call its class");
-  }
-  static void operator delete(void* bound) { ::operator delete(bound); }
-
  private:
   explicit BoundCage(std::shared_ptr<const CageBind> made) : bind_(std::move(made)) {}
 

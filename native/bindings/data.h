@@ -30,7 +30,7 @@ template <typename Class, typename Attributes>
 void def_data(py::class_<Class>& type, const Attributes& attributes) {
   def(type, "__eq__(self, other)", [attributes](const Class& object, const py::object& other) -> py::object {
     if (!py::isinstance<Class>(other)) return py::reinterpret_borrow<py::object>(Py_NotImplemented);
-    return py::bool_(are_equal(attributes(object), attributes(other.cast<const Class&>())));
+    return py::bool_(are_equal(attributes(object), attributes(converted<const Class&>(other, "other"))));
   });
   def(type, "__reduce__(self)", [attributes](const py::object& self) {
     return rebuilt_by(self, attributes(converted<const Class&>(self, "self")));

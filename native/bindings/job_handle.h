@@ -60,9 +60,6 @@ class JobHandle {
   py::object result();
   [[nodiscard]] std::string repr() const;
 
-  static void* operator new(size_t) { throw py::type_error("this Job has no work, because only __new__ was called"); }
-  static void operator delete(void* job) { ::operator delete(job); }
-
  private:
   std::shared_ptr<Job> job_;
   std::function<py::object()> make_result_;

@@ -60,12 +60,6 @@ class BoundTets {
         .format(native_.mesh.n_tets(), native_.tet_of_vertex.size());
   }
 
-  /// As that of BoundModel.
-  static void* operator new(size_t) {
-    throw py::type_error("this LatticeTets has no mesh, because only __new__ was called: call its class");
-  }
-  static void operator delete(void* bound) { ::operator delete(bound); }
-
  private:
   BoundTets(arap::LatticeTets native, arap::PolygonMesh surface, double cube_size)
       : native_(std::move(native)), surface_(std::move(surface)), cube_size_(cube_size) {}

@@ -104,6 +104,12 @@ std::string Signature::names(bool is_by_keyword_only) const {
   return text;
 }
 
+void require_made(py::handle instance) {
+  py::detail::values_and_holders values(reinterpret_cast<py::detail::instance*>(instance.ptr()));
+  if ((*values.begin()).value_ptr() == nullptr)
+    throw py::type_error("this " + type_name(instance) + " is empty, because only __new__ was called");
+}
+
 py::type_error wrong_type(const std::string& name, py::handle given, const std::string& expected) {
   // What an array or a mesh is says its type; of other things the value helps.
   const bool is_plain = given.is_none() || PyLong_Check(given.ptr()) || PyFloat_Check(given.ptr()) ||

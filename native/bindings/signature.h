@@ -58,6 +58,10 @@ class Signature {
 /// "name = value is of type ..., expected ...".
 [[nodiscard]] py::type_error wrong_type(const std::string& name, py::handle given, const std::string& expected);
 
+/// Throws a TypeError if a script has only called __new__ of the class of this instance: pybind11 would take memory for
+/// it, without an object in it.
+void require_made(py::handle instance);
+
 /// A name in Python for a type of numbers, for messages.
 template <typename Number>
 constexpr const char* kNumberName = std::is_same_v<Number, bool> ? "bool"
@@ -96,6 +100,7 @@ T converted(const py::object& given, const std::string& name) {
       const std::string expected = class_name(py::type::of<Plain>());
       throw wrong_type(name, given, std::is_pointer_v<T> ? expected + " or None" : expected);
     }
+    require_made(given);
     return given.cast<T>();
   }
 }

@@ -117,12 +117,6 @@ class BoundWrap {
         .format(native().n_points(), native().n_vertices(), threads, threads == 1 ? "thread" : "threads");
   }
 
-  /// As that of BoundModel.
-  static void* operator new(size_t) {
-    throw py::type_error("this WrapDeformation has no surface, because only __new__ was called: call its class");
-  }
-  static void operator delete(void* bound) { ::operator delete(bound); }
-
  private:
   explicit BoundWrap(std::shared_ptr<const WrapBind> made) : bind_(std::move(made)) {}
 
@@ -154,12 +148,6 @@ class PreparedSurface {
   }
 
   [[nodiscard]] std::string repr() const { return py::str("<WrapSurface: {} vertices>").format(n_vertices()); }
-
-  /// As that of BoundModel.
-  static void* operator new(size_t) {
-    throw py::type_error("this WrapSurface has no vertices, because only __new__ was called: call its class");
-  }
-  static void operator delete(void* prepared) { ::operator delete(prepared); }
 
  private:
   explicit PreparedSurface(std::shared_ptr<const Prepared> prepared) : prepared_(std::move(prepared)) {}

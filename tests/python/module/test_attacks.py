@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What attacks the module: random calls, no memory, no mesh. The long runs are in tests/attack."""
 
+import operator
 import re
 import subprocess
 import sys
@@ -18,11 +19,20 @@ def test_random_calls_find_nothing():
     assert fuzzer.findings == []
 
 
-@pytest.mark.parametrize("bind", [arap_native.SurfaceArap, arap_native.LatticeArap, arap_native.PoissonEditing])
-def test_a_model_without_a_mesh_says_so(bind):
-    bare = bind.__new__(bind)
-    with pytest.raises(TypeError, match="only __new__ was called: call its class with a mesh"):
-        _ = bare.positions
+CLASSES = [
+    each
+    for name, each in vars(arap_native).items()
+    if isinstance(each, type) and not issubclass(each, Exception) and name in arap_native.__all__
+]
+
+
+@pytest.mark.parametrize("its_class", CLASSES)
+def test_an_instance_that_only_new_has_made_says_so(its_class):
+    bare = its_class.__new__(its_class)
+    attributes = [name for name in dir(its_class) if isinstance(getattr(its_class, name), property)]
+    for read in [repr, *(operator.attrgetter(name) for name in attributes)]:
+        with pytest.raises(TypeError, match=f"^this {its_class.__name__} is empty, because only __new__ was called$"):
+            read(bare)
 
 
 WITHOUT_MEMORY = """

@@ -54,5 +54,3 @@ def test_what_is_wrong_is_told_in_words():
         tets.embed(np.zeros((2, 3)))
     with pytest.raises(ValueError, match=r"in no face"):
         tets.patches(np.array([0, len(tube().positions)], np.int32))
-    with pytest.raises(TypeError, match="only __new__ was called"):
-        _ = LatticeTets.__new__(LatticeTets).tets

@@ -114,12 +114,8 @@ def test_what_is_wrong_is_told_in_words():
     wrap = WrapDeformation(points_around(), *tube())
     with pytest.raises(ValueError, match=r"^surface_positions has shape \(20, 3\), expected \(\d+, 3\): one row per"):
         wrap.deform(points_around())
-    with pytest.raises(TypeError, match="only __new__ was called"):
-        WrapDeformation.__new__(WrapDeformation).deform(moved_tube())
     with pytest.raises(ValueError, match=r"^threads = -1, must be 0 "):
         WrapSurface(*tube(), threads=-1)
-    with pytest.raises(TypeError, match="only __new__ was called"):
-        WrapSurface.__new__(WrapSurface).bind(points_around())
     with pytest.raises(arap_native.Cancelled):
         WrapSurface(*tube(), progress=lambda _: False)
     with pytest.raises(arap_native.Cancelled):
