@@ -36,9 +36,10 @@ function(arap_target_flags target)
       -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
       -Wold-style-cast -Wcast-qual -Wdouble-promotion)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-      # -Wno-maybe-uninitialized: false alarms when GCC inlines Eigen's decompositions of small matrices.
+      # -Wno-maybe-uninitialized: false alarms when GCC inlines Eigen's decompositions of small matrices; and
+      # -Wno-subobject-linkage: where it takes a source in a group for a header.
       target_compile_options(${target} PRIVATE
-        -Wduplicated-cond -Wduplicated-branches -Wlogical-op -Wno-maybe-uninitialized)
+        -Wduplicated-cond -Wduplicated-branches -Wlogical-op -Wno-maybe-uninitialized -Wno-subobject-linkage)
     endif()
   endif()
 

@@ -129,9 +129,9 @@ HatValues HarmonicGrid::hats(const Crossing& crossing, int axis) const {
     if (cage_.face_of_triangle()[other] != cage_.face_of_triangle()[t] || cage_.cut_of_triangle()[other] == cut)
       continue;
     const TrianglePlace place(cage_.triangle(other), at);
-    constexpr double kOn = 1e-9;
+    constexpr double kOnSurface = 1e-9;
     const double least_height = *std::min_element(place.heights, place.heights + 3);
-    const bool is_on = std::abs(place.depth) < kOn && least_height > -kOn;
+    const bool is_on = std::abs(place.depth) < kOnSurface && least_height > -kOnSurface;
     const bool is_own_cut = cage_.cut_of_triangle()[other] == cage_.cut_of_triangle()[t];
     if (is_own_cut ? other != t : !is_on) continue;
     cut = cage_.cut_of_triangle()[other];

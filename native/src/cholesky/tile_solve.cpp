@@ -77,10 +77,10 @@ void TileFactorization::solve(const Positions& b, const Change& change, Position
 void TileFactorization::solve_with(const Positions& b, const Change& change, Positions& x, Workspace& work) const {
   // Nearly every b fits well in the range of a float. Others are scaled by powers of two, which keep the digits.
   constexpr double kSmallest = 0x1p-40;
-  constexpr double kLargest = 0x1p40;
+  constexpr double kLargestReached = 0x1p40;
   double into = scale_;
   const double reached = eliminate_subtrees(b, into, work);
-  if (!(reached >= kSmallest && reached <= kLargest)) {
+  if (!(reached >= kSmallest && reached <= kLargestReached)) {
     // 0 * x is NaN if x is not finite.
     const double largest = b.size() == 0 ? 0 : b.cwiseAbs().maxCoeff() + (0 * b).sum();
     if ((largest == 0 && !change) || !std::isfinite(largest)) {

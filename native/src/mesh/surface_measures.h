@@ -51,11 +51,11 @@ void for_each_in_fan(std::span<const int> face, const Visit& visit) {
 /// Twice the vector area of a face: along its normal, as long as twice the area of its projection along the normal.
 /// @param positions  (n, 3)
 [[nodiscard]] inline Eigen::RowVector3d twice_vector_area(const Positions& positions, std::span<const int> face) {
-  using Row = Eigen::RowVector3d;
-  const Row first = positions.row(face[0]);
-  Row doubled = Row::Zero();
-  for_each_in_fan(
-      face, [&](int, int j, int k) { doubled += Row(positions.row(j) - first).cross(Row(positions.row(k) - first)); });
+  const Eigen::RowVector3d first = positions.row(face[0]);
+  Eigen::RowVector3d doubled = Eigen::RowVector3d::Zero();
+  for_each_in_fan(face, [&](int, int j, int k) {
+    doubled += Eigen::RowVector3d(positions.row(j) - first).cross(Eigen::RowVector3d(positions.row(k) - first));
+  });
   return doubled;
 }
 

@@ -41,9 +41,9 @@ struct Piece {
 
 /// The graph of some unknowns. Sorts them breadth first, so that neighbours are close in memory, also within pieces.
 Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
-  constexpr int kOutside = -2;
+  constexpr int kElsewhere = -2;
   constexpr int kNotReached = -1;
-  std::vector<int> index(pattern.rows(), kOutside);
+  std::vector<int> index(pattern.rows(), kElsewhere);
   for (const int i : unknowns) index[i] = kNotReached;
   std::vector<int> reached;
   reached.reserve(unknowns.size());
@@ -61,7 +61,7 @@ Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
     for (; k < reached.size(); ++k) {
       for (SparseMatrix::InnerIterator it(pattern, reached[k]); it; ++it) {
         const auto neighbour = static_cast<int>(it.row());
-        if (neighbour == reached[k] || index[neighbour] == kOutside) continue;
+        if (neighbour == reached[k] || index[neighbour] == kElsewhere) continue;
         reach(neighbour);
         graph.neighbours.push_back(index[neighbour]);
       }

@@ -45,13 +45,13 @@ TEST(LinearRows, SayWhatIsWrong) {
     rows.add(row, weight);
     expect_error<arap::InvalidInput>([&] { rows.validate(5); }, words);
   };
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   expect_refused({{1, 5}, {1, 1}}, 1, {"row 1", "unknown 5", "0 to 4"});
   expect_refused({{1, -1}, {1, 1}}, 1, {"row 1", "unknown -1"});
-  expect_refused({{1, 2}, {1, kNan}}, 1, {"row 1", "unknown 2", "not finite"});
+  expect_refused({{1, 2}, {1, std::numeric_limits<double>::quiet_NaN()}}, 1, {"row 1", "unknown 2", "not finite"});
   expect_refused({{1, 2}, {0, 0}}, 1, {"row 1", "no coefficient"});
   expect_refused({{}, {}}, 1, {"row 1", "no coefficient"});
-  for (const double weight : {0.0, -1.0, kNan}) expect_refused({{1}, {1}}, weight, {"weight of row 1", "above 0"});
+  for (const double weight : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
+    expect_refused({{1}, {1}}, weight, {"weight of row 1", "above 0"});
   LinearRows rows;
   rows.add({{4}, {1}}, LinearRows::kHard);
   EXPECT_NO_THROW(rows.validate(5));
