@@ -65,10 +65,12 @@ class BoundModel {
 template <typename Native>
 class BoundAs : public BoundModel {
  public:
+  explicit BoundAs(std::shared_ptr<ModelOf<Native>> model) : BoundModel(model), model_(std::move(model)) {}
+
   static std::unique_ptr<BoundAs> bind(BindInput<Native> input, py::object progress) {
     ProgressCall call(std::move(progress));
     const WithoutGil no_gil;
-    return of(arap_native::bind(input, call.function()));
+    return std::make_unique<BoundAs>(arap_native::bind(input, call.function()));
   }
 
   static std::unique_ptr<JobHandle> begin_bind(Jobs& jobs, BindInput<Native> input) {
@@ -77,7 +79,7 @@ class BoundAs : public BoundModel {
         [input = std::move(input)](const arap::Progress& progress) mutable {
           return arap_native::bind(input, progress);
         },
-        [](std::shared_ptr<ModelOf<Native>> model) { return py::cast(of(std::move(model))); });
+        [](std::shared_ptr<ModelOf<Native>> model) { return py::cast(std::make_unique<BoundAs>(std::move(model))); });
   }
 
   /// Has the model for itself as long as this lives.
@@ -95,13 +97,6 @@ class BoundAs : public BoundModel {
   [[nodiscard]] const Source<Native>& source() const { return *model_->source; }
 
  private:
-  explicit BoundAs(std::shared_ptr<ModelOf<Native>> model) : BoundModel(model), model_(std::move(model)) {}
-
-  static std::unique_ptr<BoundAs> of(std::shared_ptr<ModelOf<Native>> model) {
-    // Not make_unique: it would use the class's own new, which refuses.
-    return std::unique_ptr<BoundAs>(::new BoundAs(std::move(model)));  // NOLINT(modernize-make-unique)
-  }
-
   std::shared_ptr<ModelOf<Native>> model_;
 };
 

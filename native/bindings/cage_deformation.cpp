@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cage_deformation.h"
 
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -53,10 +54,7 @@ struct CageInput {
 /// For Python. Nothing changes after the bind, so several threads may use it at once.
 class BoundCage {
  public:
-  static std::unique_ptr<BoundCage> of(std::shared_ptr<const CageBind> made) {
-    // Not make_unique: it would use the class's own new, which refuses.
-    return std::unique_ptr<BoundCage>(::new BoundCage(std::move(made)));  // NOLINT(modernize-make-unique)
-  }
+  explicit BoundCage(std::shared_ptr<const CageBind> made) : bind_(std::move(made)) {}
 
   [[nodiscard]] const Native& native() const { return bind_->native; }
 
@@ -106,8 +104,6 @@ class BoundCage {
   }
 
  private:
-  explicit BoundCage(std::shared_ptr<const CageBind> made) : bind_(std::move(made)) {}
-
   [[nodiscard]] arap::Positions posed(const arap::Positions& moved) const {
     const WithoutGil no_gil;
     return native().deform(moved);
@@ -152,7 +148,7 @@ void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
              CageInput input(points, rest_positions, faces, face_sizes, options);
              ProgressCall call(progress);
              const WithoutGil no_gil;
-             return BoundCage::of(input.bind(call.function()));
+             return std::make_unique<BoundCage>(input.bind(call.function()));
            });
   def_static(type, docstrings::CageDeformation_begin_bind,
              [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options) {
@@ -160,7 +156,9 @@ void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
                    *jobs,
                    [input = CageInput(points, rest_positions, faces, face_sizes, options)](
                        const arap::Progress& progress) mutable { return input.bind(progress); },
-                   [](std::shared_ptr<const CageBind> made) { return py::cast(BoundCage::of(std::move(made))); });
+                   [](std::shared_ptr<const CageBind> made) {
+                     return py::cast(std::make_unique<BoundCage>(std::move(made)));
+                   });
              });
   def(type, docstrings::CageDeformation_deform,
       [](const BoundCage& cage, Object cage_positions, Object out) { return cage.deform(cage_positions, out); });

@@ -75,9 +75,8 @@ std::unique_ptr<JobHandle> begin_job(Jobs& jobs, Work work, ToPython to_python, 
   const auto result = std::make_shared<std::optional<Result>>();
   const auto job = Job::of(
       [work = std::move(work), result](const arap::Progress& progress) mutable { result->emplace(work(progress)); });
-  // Not make_unique: it would use the class's own new, which refuses.
-  std::unique_ptr<JobHandle> handle(::new JobHandle(  // NOLINT(modernize-make-unique)
-      job, [result, to_python = std::move(to_python)]() mutable { return to_python(std::move(**result)); }));
+  auto handle = std::make_unique<JobHandle>(
+      job, [result, to_python = std::move(to_python)]() mutable { return to_python(std::move(**result)); });
   // Before the work begins: if it is done in this thread, another one may close all meanwhile.
   jobs.add(job, kept);
   job->begin([](const auto& do_it) {

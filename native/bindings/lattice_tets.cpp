@@ -24,14 +24,15 @@ using Object = const py::object&;
 /// For Python: tetrahedra, and the surface, for where its loose vertices are. Nothing changes once it is made.
 class BoundTets {
  public:
+  BoundTets(arap::LatticeTets native, arap::PolygonMesh surface, double cube_size)
+      : native_(std::move(native)), surface_(std::move(surface)), cube_size_(cube_size) {}
+
   static std::unique_ptr<BoundTets> around(MeshArrays arrays, double cube_size, const py::object& progress) {
     ProgressCall call(progress);
     const WithoutGil no_gil;
     arap::PolygonMesh surface = mesh_of(std::move(arrays));
     arap::LatticeTets native = arap::LatticeTets::around(surface, cube_size, call.function());
-    // Not make_unique: it would use the class's own new, which refuses.
-    return std::unique_ptr<BoundTets>(  // NOLINT(modernize-make-unique)
-        ::new BoundTets(std::move(native), std::move(surface), cube_size));
+    return std::make_unique<BoundTets>(std::move(native), std::move(surface), cube_size);
   }
 
   [[nodiscard]] const arap::LatticeTets& native() const { return native_; }
@@ -61,9 +62,6 @@ class BoundTets {
   }
 
  private:
-  BoundTets(arap::LatticeTets native, arap::PolygonMesh surface, double cube_size)
-      : native_(std::move(native)), surface_(std::move(surface)), cube_size_(cube_size) {}
-
   [[nodiscard]] arap::Positions embedded(const arap::Positions& of_tets) const {
     const WithoutGil no_gil;
     arap::Positions of_surface = surface_.positions();

@@ -77,10 +77,7 @@ struct PointsInput {
 /// For Python. Nothing changes after the bind, so several threads may use it at once.
 class BoundWrap {
  public:
-  static std::unique_ptr<BoundWrap> of(std::shared_ptr<const WrapBind> made) {
-    // Not make_unique: it would use the class's own new, which refuses.
-    return std::unique_ptr<BoundWrap>(::new BoundWrap(std::move(made)));  // NOLINT(modernize-make-unique)
-  }
+  explicit BoundWrap(std::shared_ptr<const WrapBind> made) : bind_(std::move(made)) {}
 
   [[nodiscard]] const Native& native() const { return bind_->native; }
 
@@ -118,8 +115,6 @@ class BoundWrap {
   }
 
  private:
-  explicit BoundWrap(std::shared_ptr<const WrapBind> made) : bind_(std::move(made)) {}
-
   [[nodiscard]] arap::Positions posed(const arap::Positions& moved) const {
     const WithoutGil no_gil;
     return native().deform(moved);
@@ -131,10 +126,7 @@ class BoundWrap {
 /// For Python, as BoundWrap.
 class PreparedSurface {
  public:
-  static std::unique_ptr<PreparedSurface> of(std::shared_ptr<const Prepared> prepared) {
-    return std::unique_ptr<PreparedSurface>(  // NOLINT(modernize-make-unique)
-        ::new PreparedSurface(std::move(prepared)));
-  }
+  explicit PreparedSurface(std::shared_ptr<const Prepared> prepared) : prepared_(std::move(prepared)) {}
 
   /// A bind holds it, whatever becomes of this object.
   [[nodiscard]] const std::shared_ptr<const Prepared>& prepared() const { return prepared_; }
@@ -150,8 +142,6 @@ class PreparedSurface {
   [[nodiscard]] std::string repr() const { return py::str("<WrapSurface: {} vertices>").format(n_vertices()); }
 
  private:
-  explicit PreparedSurface(std::shared_ptr<const Prepared> prepared) : prepared_(std::move(prepared)) {}
-
   std::shared_ptr<const Prepared> prepared_;
 };
 
@@ -163,7 +153,8 @@ void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
              MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
              ProgressCall call(progress);
              const WithoutGil no_gil;
-             return PreparedSurface::of(std::make_shared<const Prepared>(std::move(mesh), threads, call.function()));
+             return std::make_unique<PreparedSurface>(
+                 std::make_shared<const Prepared>(std::move(mesh), threads, call.function()));
            });
   def_static(
       type, docstrings::WrapSurface_begin_prepare,
@@ -174,7 +165,7 @@ void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
               return std::make_shared<const Prepared>(std::move(mesh), threads, progress);
             },
             [](std::shared_ptr<const Prepared> prepared) {
-              return py::cast(PreparedSurface::of(std::move(prepared)));
+              return py::cast(std::make_unique<PreparedSurface>(std::move(prepared)));
             });
       });
   def(type, docstrings::WrapSurface_bind,
@@ -184,7 +175,7 @@ void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
         const auto& prepared = surface.prepared();
         ProgressCall call(progress);
         const WithoutGil no_gil;
-        return BoundWrap::of(input.bind(*prepared, call.function()));
+        return std::make_unique<BoundWrap>(input.bind(*prepared, call.function()));
       });
   def(type, docstrings::WrapSurface_begin_bind,
       [jobs](const PreparedSurface& surface, Object points, const Options* options, Object piece_of_point) {
@@ -192,7 +183,9 @@ void bind_wrap_surface(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
             *jobs,
             [prepared = surface.prepared(), input = PointsInput(points, options, piece_of_point)](
                 const arap::Progress& progress) mutable { return input.bind(*prepared, progress); },
-            [](std::shared_ptr<const WrapBind> made) { return py::cast(BoundWrap::of(std::move(made))); });
+            [](std::shared_ptr<const WrapBind> made) {
+              return py::cast(std::make_unique<BoundWrap>(std::move(made)));
+            });
       });
   def(type, "__repr__(self)", [](const PreparedSurface& surface) { return surface.repr(); });
   def(type, "__reduce__(self)",
@@ -215,7 +208,7 @@ void bind_wrap_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
              MeshArrays surface = mesh_from(rest_positions, faces, face_sizes);
              ProgressCall call(progress);
              const WithoutGil no_gil;
-             return BoundWrap::of(input.bind(std::move(surface), call.function()));
+             return std::make_unique<BoundWrap>(input.bind(std::move(surface), call.function()));
            });
   def_static(type, docstrings::WrapDeformation_begin_bind,
              [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
@@ -226,7 +219,9 @@ void bind_wrap_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
                     surface = mesh_from(rest_positions, faces, face_sizes)](const arap::Progress& progress) mutable {
                      return input.bind(std::move(surface), progress);
                    },
-                   [](std::shared_ptr<const WrapBind> made) { return py::cast(BoundWrap::of(std::move(made))); });
+                   [](std::shared_ptr<const WrapBind> made) {
+                     return py::cast(std::make_unique<BoundWrap>(std::move(made)));
+                   });
              });
   def(type, docstrings::WrapDeformation_deform,
       [](const BoundWrap& wrap, Object surface_positions, Object out) { return wrap.deform(surface_positions, out); });

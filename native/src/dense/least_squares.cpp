@@ -5,11 +5,9 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
-namespace arap {
+#include "dense/singular.h"
 
-namespace {
-constexpr double kRankBound = 1e-12;
-}
+namespace arap {
 
 struct LeastSquares::Factors {
   Eigen::PartialPivLU<Eigen::MatrixXd> lu;  ///< many times as fast as the other
@@ -28,9 +26,9 @@ void LeastSquares::compute(const Eigen::MatrixXd& matrix) {
   lu.compute(matrix);
   // The estimate is none if a pivot is 0.
   const Eigen::ArrayXd pivots = lu.matrixLU().diagonal().array().abs();
-  is_regular = pivots.minCoeff() > kRankBound * pivots.maxCoeff() && lu.rcond() > kRankBound;
+  is_regular = pivots.minCoeff() > kSingular * pivots.maxCoeff() && lu.rcond() > kSingular;
   if (is_regular) return;
-  decomposition.setThreshold(kRankBound);
+  decomposition.setThreshold(kSingular);
   decomposition.compute(matrix);
 }
 

@@ -5,11 +5,9 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-namespace arap {
+#include "dense/singular.h"
 
-namespace {
-constexpr double kSingular = 1e-12;
-}
+namespace arap {
 
 SymmetricEigen3 symmetric_eigen(const Matrix3& A) {
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(A);
