@@ -71,8 +71,8 @@ class SurfaceArap {
   [[nodiscard]] Positions positions() const;
 
   /// The energy that a solve minimizes, without constraint terms, in the input's unit squared: min over the rotations
-  /// of E(positions, R). Each rigid region uses the best-fit rotation of its vertices. Joined vertices are represented
-  /// by the first one.
+  /// of E(positions, R), of which parts that hard vertices cut from each other have their own. Each rigid region uses
+  /// the best-fit rotation of its vertices. Joined vertices are represented by the first one.
   [[nodiscard]] double energy(const Positions& positions);
 
   /// (n, 3) gradient of energy(); 0 at joined vertices other than the first.

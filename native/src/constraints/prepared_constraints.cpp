@@ -9,6 +9,7 @@
 
 #include "arap/error.h"
 #include "base/format_message.h"
+#include "base/union_find.h"
 #include "cholesky/solver_choice.h"
 #include "sparse/sparse.h"
 
@@ -54,6 +55,7 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
   held_rows_.insert(held_rows_.end(), stiff_rows.target_rows.begin(), stiff_rows.target_rows.end());
   regions.set_constraints(is_hard, soft_diagonal, anchor_points, soft_rows.rows);
   find_rest(model);
+  if (model.terms != nullptr) cut_cells(model);
   find_weak_hold(model);
   SystemConstraints of_system = system_constraints(soft_diagonal, soft_rows.rows, stiff_rows.rows);
   require_movable(constraints.set, of_system.is_fixed);
@@ -202,6 +204,36 @@ void PreparedConstraints::find_rest(const PreparedModel& model) {
   }
   for (int part = 0; part < model.n_parts; ++part)
     if (is_part_constrained[part] == 0) parts_at_rest.push_back(part);
+}
+
+std::vector<int> PreparedConstraints::cut_parts(const PreparedModel& model) const {
+  std::vector<int> parts(is_hard.size(), -1);
+  std::vector<char> is_free(is_hard.size(), 1);
+  for (const int v : hard_vertices)
+    if (!regions.has_member(v)) is_free[v] = 0;
+  std::vector<char> is_held_region(is_hard.size(), 0);
+  for (int r = 0; r < regions.size(); ++r) is_held_region[regions.unknown(r)] = regions.is_held(r) ? 1 : 0;
+  for (int v = 0; v < std::ssize(is_free); ++v)
+    if (is_held_region[regions.unknown_of(v)] != 0) is_free[v] = 0;
+  UnionFind joined(static_cast<int>(is_free.size()));
+  for (int v = 0; v < std::ssize(is_free); ++v) {
+    if (is_free[v] == 0) continue;
+    joined.join(v, regions.unknown_of(v));
+    // Also where the entry is 0, as of the diagonals of squares: their terms join them.
+    for (SparseMatrix::InnerIterator it(model.energy.K, v); it && it.row() < v; ++it)
+      if (is_free[it.row()] != 0) joined.join(v, static_cast<int>(it.row()));
+  }
+  for (int v = 0; v < std::ssize(is_free); ++v)
+    if (is_free[v] != 0) parts[v] = joined.find(v);
+  return parts;
+}
+
+void PreparedConstraints::cut_cells(const PreparedModel& model) {
+  split_ = split_cells(model.energy.cells, *model.terms, model.rest, cut_parts(model), regions.members(),
+                       model.workers.threads());
+  if (split_ == nullptr) return;
+  regions.read_cells(split_->cells);
+  regions.set_constraints(is_hard, soft_diagonal, anchor_points, soft_rows.rows);
 }
 
 void PreparedConstraints::find_weak_hold(const PreparedModel& model) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "arap/constraints.h"
@@ -80,6 +81,19 @@ class PreparedConstraints {
     std::vector<int> target_rows;  ///< in the targets
   };
 
+  /// The model's, or those that stand for them.
+  [[nodiscard]] const Cells& cells(const PreparedModel& model) const {
+    return split_ == nullptr ? model.energy.cells : split_->cells;
+  }
+  [[nodiscard]] CellPasses& passes(const PreparedModel& model, Precision precision) const {
+    return split_ == nullptr ? model.passes(precision) : split_passes_.of(model, split_->cells, precision);
+  }
+  void drop_passes() const noexcept { split_passes_.drop(); }
+  /// Of cells that the model has not got, the model's cell that each is a part of.
+  [[nodiscard]] std::span<const int> split_origins() const {
+    return split_ == nullptr ? std::span<const int>() : std::span<const int>(split_->origins);
+  }
+
   // To read only.
   RigidRegions regions;
   std::vector<Entry> entries;         ///< by vertex, so that what is written is next to what was
@@ -113,6 +127,10 @@ class PreparedConstraints {
   template <class Visit>
   void for_each_hold(const Visit& visit) const;
   void find_rest(const PreparedModel& model);
+  /// (n,) what of the others hang together beside the held vertices, which have -1.
+  [[nodiscard]] std::vector<int> cut_parts(const PreparedModel& model) const;
+  /// Splits the cells where held vertices cut others from each other.
+  void cut_cells(const PreparedModel& model);
   void find_weak_hold(const PreparedModel& model);
   void require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const;
   [[nodiscard]] std::vector<char> fixed_unknowns() const;
@@ -124,6 +142,8 @@ class PreparedConstraints {
   std::vector<int> patch_rows_;   ///< of the patches in the targets
   std::vector<int> anchor_rows_;  ///< of the anchor points
   std::vector<int> held_rows_;
+  std::unique_ptr<const SplitCells> split_;  ///< null: the cells are the model's
+  mutable KeptPasses split_passes_;
   std::unique_ptr<ConstrainedSystem> system_;
   SparseMatrix laplacian_matrix_;  ///< K^2 over unknowns
   std::unique_ptr<ConstrainedSystem> laplacian_system_;

@@ -39,7 +39,7 @@ std::vector<int> PreparedModel::take_solver_numbers(const MeterPart& meter) {
   meter.tell();
   rest = Positions(rest(order, all));
   part_of_vertex = permuted(part_of_vertex, order);
-  regions.read_cells();
+  regions.read_cells(energy.cells);
   meter.wait_for(renumbered);
   renumbered.get();
   return new_of_old;
@@ -47,20 +47,20 @@ std::vector<int> PreparedModel::take_solver_numbers(const MeterPart& meter) {
 
 void PreparedModel::keep_numbers() {
   components = connected_components(system_matrix());
-  regions.read_cells();
+  regions.read_cells(energy.cells);
 }
 
-CellPasses& PreparedModel::passes(Precision precision) const {
-  const Precision served = fits_single ? precision : Precision::kDouble;
-  auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
-  if (is_large()) (served == Precision::kSingle ? double_passes_ : single_passes_) = nullptr;
-  if (made == nullptr) made = make_cell_passes(energy, rest, served, workers);
+CellPasses& KeptPasses::of(const PreparedModel& model, const Cells& cells, Precision precision) {
+  const Precision served = model.fits_single ? precision : Precision::kDouble;
+  auto& made = served == Precision::kSingle ? single_ : double_;
+  if (model.is_large()) (served == Precision::kSingle ? double_ : single_) = nullptr;
+  if (made == nullptr) made = make_cell_passes(model.energy, cells, model.rest, served, model.workers);
   return *made;
 }
 
-void PreparedModel::drop_passes() const {
-  single_passes_ = nullptr;
-  double_passes_ = nullptr;
+void KeptPasses::drop() noexcept {
+  single_ = nullptr;
+  double_ = nullptr;
 }
 
 }  // namespace arap

@@ -9,8 +9,26 @@
 #include "constraints/rigid_regions.h"
 #include "energy/cell_energy.h"
 #include "energy/cell_passes.h"
+#include "energy/split_cells.h"
 
 namespace arap {
+
+struct PreparedModel;
+
+/// The passes over some cells of a model, each made when first needed. Those of a large one are valid until the others
+/// are asked for: these then take their memory.
+class KeptPasses {
+ public:
+  /// In double if single precision does not serve the energy.
+  /// @param cells  always the same; must outlive this
+  [[nodiscard]] CellPasses& of(const PreparedModel& model, const Cells& cells, Precision precision);
+  /// Whoever needs passes asks for them again.
+  void drop() noexcept;
+
+ private:
+  std::unique_ptr<CellPasses> single_;
+  std::unique_ptr<CellPasses> double_;
+};
 
 /// What an assembler makes of its input, and all that constraints and iterations know of it: an energy in the one form
 /// of CellEnergy, the rest positions of its unknowns, and a solver for the pattern of its matrix. The unknowns are
@@ -29,6 +47,7 @@ struct PreparedModel {
   RigidRegions regions;                           ///< without constraints
   std::vector<int> components;                    ///< (n,) connected_components() of system_matrix()
   std::unique_ptr<LinearSolver> solver;           ///< for its pattern
+  std::unique_ptr<const CellTerms> terms;  ///< what cells are split by; null: where held vertices cut, cells end, too
 
   PreparedModel() : regions({}, energy, rest) {}
   PreparedModel(const PreparedModel&) = delete;  // regions refers to energy and rest
@@ -50,19 +69,18 @@ struct PreparedModel {
   /// For an energy whose vertices keep their numbers.
   void keep_numbers();
 
-  /// Over `energy`; in double if single precision does not serve it. Made when first needed. Those of a large model are
-  /// valid until the others are asked for: these then take their memory.
-  [[nodiscard]] CellPasses& passes(Precision precision) const;
+  /// Over `energy`.
+  [[nodiscard]] CellPasses& passes(Precision precision) const {
+    return kept_passes_.of(*this, energy.cells, precision);
+  }
 
   /// Whether memory decides what stays.
   [[nodiscard]] bool is_large() const { return Cells::is_large(energy.cells.n_incidences()); }
-  /// Whoever needs passes asks for them again.
-  void drop_passes() const;
+  void drop_passes() const noexcept { kept_passes_.drop(); }
 
  private:
   SparseMatrix reduced_matrix_;  ///< empty without regions
-  mutable std::unique_ptr<CellPasses> single_passes_;
-  mutable std::unique_ptr<CellPasses> double_passes_;
+  mutable KeptPasses kept_passes_;
 };
 
 }  // namespace arap

@@ -50,17 +50,25 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
   }
 }
 
-void RigidRegions::read_cells() {
+void RigidRegions::read_cells(const Cells& cells) {
+  cells_ = &cells;
+  cells_with_members_.clear();
   if (empty()) return;
+  for (Region& region : regions_) {
+    region.cells.clear();
+    region.border.clear();
+    region.vertices_outside.clear();
+    region.cells_outside.clear();
+  }
   find_cells();
-  std::vector<char> has_members(energy_->n_cells(), 0);
+  std::vector<char> has_members(cells_->size(), 0);
   for (Region& region : regions_) {
     find_border(region);
     find_outside(region);
     for (const int c : region.cells) has_members[c] = 1;
     for (const CellOutside& outside : region.cells_outside) has_members[outside.cell] = 1;
   }
-  for (int c = 0; c < energy_->n_cells(); ++c)
+  for (int c = 0; c < cells_->size(); ++c)
     if (has_members[c] != 0) cells_with_members_.push_back(c);
 }
 
@@ -80,8 +88,8 @@ void RigidRegions::renumber(const std::vector<int>& new_of_old) {
 void RigidRegions::find_cells() {
   std::vector<int> region_of_unknown(unknown_of_vertex_.size(), -1);
   for (size_t r = 0; r < regions_.size(); ++r) region_of_unknown[regions_[r].members.front()] = static_cast<int>(r);
-  for (int c = 0; c < energy_->n_cells(); ++c) {
-    const int home = energy_->cells.home(c);
+  for (int c = 0; c < cells_->size(); ++c) {
+    const int home = cells_->home(c);
     const int r = home < 0 ? -1 : region_of_unknown[unknown_of_vertex_[home]];
     if (r >= 0) regions_[r].cells.push_back(c);
   }
@@ -100,11 +108,11 @@ void RigidRegions::find_outside(Region& region) const {
   std::map<int, Vector3> vertices;
   std::map<int, CellOutside> cells;
   for (const int c : region.cells)
-    energy_->cells.for_each_vertex(c, [&](int v, const Vector3& q) {
+    cells_->for_each_vertex(c, [&](int v, const Vector3& q) {
       if (!is_member(v, region)) vertices.try_emplace(v, Vector3::Zero()).first->second += q;
     });
   for (const int v : region.members)
-    energy_->cells.for_each_cell(v, [&](int c, const Vector3& q) {
+    cells_->for_each_cell(v, [&](int c, const Vector3& q) {
       if (has_cell(c, region)) return;
       CellOutside& cell = cells.try_emplace(c, CellOutside{.cell = c}).first->second;
       cell.q += q;
@@ -408,8 +416,8 @@ Positions RigidRegions::turn_cells(const Positions& positions, Rotations& rotati
   for (const Region& region : regions_) {
     Matrix3 Q = Matrix3::Zero();
     for (const int c : region.cells) {
-      const Eigen::RowVector3d home = positions.row(energy_->cells.home(c));
-      energy_->cells.for_each_vertex(
+      const Eigen::RowVector3d home = positions.row(cells_->home(c));
+      cells_->for_each_vertex(
           c, [&](int v, const Vector3& q) { Q += (positions.row(v) - home).transpose() * q.transpose(); });
     }
     // Held at all of its vertices.

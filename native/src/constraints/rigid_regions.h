@@ -45,7 +45,8 @@ class RigidRegions {
   /// @param region_of_vertex  (n,) any label >= 0, < 0 = in no region; empty: no regions
   RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest);
 
-  void read_cells();
+  /// @param cells  of the energy, or those that stand for them; must outlive this
+  void read_cells(const Cells& cells);
 
   [[nodiscard]] bool empty() const { return regions_.empty(); }
   [[nodiscard]] int size() const { return static_cast<int>(regions_.size()); }
@@ -80,6 +81,10 @@ class RigidRegions {
 
   /// The region that has more than half of the patch's weight, -1 where there is none.
   [[nodiscard]] int region_of(const LinearRow& patch) const;
+  /// Whether the targets of its anchors tell where all of it is.
+  [[nodiscard]] bool is_held(int region) const { return regions_[region].anchor_rank == 2; }
+  /// (n,) whether a vertex is one of any; empty without regions.
+  [[nodiscard]] const std::vector<char>& members() const { return is_member_; }
   [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
   [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
 
@@ -184,7 +189,7 @@ class RigidRegions {
     return unknown_of_vertex_[v] == region.members.front();
   }
   [[nodiscard]] bool has_cell(int c, const Region& region) const {
-    const int home = energy_->cells.home(c);
+    const int home = cells_->home(c);
     return home >= 0 && is_member(home, region);
   }
   void find_cells();
@@ -203,6 +208,7 @@ class RigidRegions {
   [[nodiscard]] Vector3 rest(int v) const { return rest_->row(v).transpose(); }
 
   const CellEnergy* energy_;
+  const Cells* cells_ = nullptr;
   const Positions* rest_;
   std::vector<int> unknown_of_vertex_;
   std::vector<char> is_member_;  ///< (n,) of any region

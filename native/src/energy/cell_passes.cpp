@@ -65,12 +65,12 @@ SlicedNumbers<Real> sliced_off_diagonals(const SparseMatrix& K, const Workers& w
 template <class Real>
 class CellPassesOf final : public CellPasses {
  public:
-  CellPassesOf(const CellEnergy& energy, const Positions& rest, const Workers& workers, Isa isa)
+  CellPassesOf(const CellEnergy& energy, const Cells& cells, const Positions& rest, const Workers& workers, Isa isa)
       : n_vertices_(energy.n_vertices()),
-        n_cells_(energy.n_cells()),
+        n_cells_(cells.size()),
         workers_(workers),
         kernels_(cell_kernels<Real>(isa)),
-        cells_(energy.cells),
+        cells_(cells),
         off_diagonals_(sliced_off_diagonals<Real>(energy.K, workers)),
         cell_range_(slice_range(cells_.by_cell().layout().n_slices(), cells_.by_cell().layout().n_groups())),
         coordinates_(4 * whole_slices(n_vertices_)),
@@ -257,10 +257,10 @@ class CellPassesOf final : public CellPasses {
 
 }  // namespace
 
-std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest, Precision precision,
-                                             const Workers& workers, Isa isa) {
-  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, rest, workers, isa);
-  return std::make_unique<CellPassesOf<double>>(energy, rest, workers, isa);
+std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Cells& cells, const Positions& rest,
+                                             Precision precision, const Workers& workers, Isa isa) {
+  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, cells, rest, workers, isa);
+  return std::make_unique<CellPassesOf<double>>(energy, cells, rest, workers, isa);
 }
 
 namespace {

@@ -63,12 +63,13 @@ class CellPasses {
   [[nodiscard]] virtual double rest_energy() const = 0;
 };
 
-/// @param energy   must outlive the passes
+/// @param energy   its K is read now
+/// @param cells    its own or those that stand for them; must outlive the passes
 /// @param rest     (n, 3)
 /// @param workers  results do not depend on how many they are
-[[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest,
-                                                           Precision precision, const Workers& workers,
-                                                           Isa isa = choose_isa());
+[[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Cells& cells,
+                                                           const Positions& rest, Precision precision,
+                                                           const Workers& workers, Isa isa = choose_isa());
 
 /// Sizes of the mesh: what is nearer to its middle than this, fixed point knows beside it.
 inline constexpr double kSinglePrecisionReach = 8;

@@ -26,23 +26,23 @@ double fit_from_rest(CellPasses& passes, const Positions& positions) {
 Engine::Engine(const PreparedModel& model) : model_(model), pose_(at_rest()) {}
 
 Pose Engine::at_rest() const {
-  return {model_.rest, Rotations(model_.energy.n_cells(), Eigen::Quaterniond::Identity()),
+  return {model_.rest, Rotations(cells().size(), Eigen::Quaterniond::Identity()),
           model_.regions.fit_placements(model_.rest)};
 }
 
 void Engine::move_to_rest() {
   steps_->forget_pose();
   pose_.positions = model_.rest;
-  pose_.rotations.assign(model_.energy.n_cells(), Eigen::Quaterniond::Identity());
+  pose_.rotations.assign(cells().size(), Eigen::Quaterniond::Identity());
   pose_.placements = model_.regions.fit_placements(pose_.positions);
 }
 
 Pose Engine::fitted(Positions positions) {
   if (steps_ != nullptr) steps_->forget();
-  CellPasses& passes = model_.passes(Precision::kSingle);
-  static_cast<void>(fit_from_rest(passes, positions));
+  CellPasses& fitting = passes(Precision::kSingle);
+  static_cast<void>(fit_from_rest(fitting, positions));
   Pose pose;
-  passes.read_rotations(pose.rotations);
+  fitting.read_rotations(pose.rotations);
   pose.positions = std::move(positions);
   return pose;
 }
@@ -69,6 +69,7 @@ void Engine::make_room() {
   predictor_.forget();
   kept_ = {};
   model_.drop_passes();
+  if (has_constraints()) constraints_->drop_passes();
   return_freed_memory();  // of a change that failed, too
 }
 
@@ -77,13 +78,26 @@ Engine::Change Engine::prepare(const ModelConstraints& given, const Progress& pr
   Change change;
   change.constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
   change.handle_rotations = std::make_unique<HandleRotations>(model_, *change.constraints);
+  change.rotations = rotations_for(*change.constraints);
   return change;
+}
+
+Rotations Engine::rotations_for(const PreparedConstraints& constraints) const {
+  const std::span<const int> origins = constraints.split_origins();
+  const auto n = model_.energy.n_cells();
+  Rotations rotations(pose_.rotations.begin(), pose_.rotations.begin() + n);
+  rotations.reserve(rotations.size() + origins.size());
+  for (const int cell : origins) rotations.push_back(pose_.rotations[cell]);
+  return rotations;
 }
 
 void Engine::take(Change change) noexcept {
   end_search();
   handle_rotations_ = std::move(change.handle_rotations);
   constraints_ = std::move(change.constraints);
+  pose_.rotations.swap(change.rotations);
+  kept_ = {};  // what it was is in other cells
+  if (!constraints_->split_origins().empty()) model_.drop_passes();
   last_targets_.resize(0, 3);
   ++n_factorizations_;
   if (model_.is_large()) return_freed_memory();
@@ -91,17 +105,18 @@ void Engine::take(Change change) noexcept {
 
 double Engine::evaluate(const Positions& positions, Positions& gradient) {
   if (steps_ != nullptr) steps_->forget();
-  CellPasses& passes = model_.passes(Precision::kDouble);
-  double alignment = fit_from_rest(passes, positions);
+  CellPasses& fitting = passes(Precision::kDouble);
+  double alignment = fit_from_rest(fitting, positions);
   Positions of_rotations = Positions::Zero(positions.rows(), 3);
   if (!model_.regions.empty()) {
+    const RigidRegions& regions = has_constraints() ? constraints_->regions : model_.regions;
     Rotations rotations;
-    passes.read_rotations(rotations);
-    of_rotations = model_.regions.turn_cells(positions, rotations);
-    passes.set_rotations(rotations);
-    alignment = passes.alignment();
+    fitting.read_rotations(rotations);
+    of_rotations = regions.turn_cells(positions, rotations);
+    fitting.set_rotations(rotations);
+    alignment = fitting.alignment();
   }
-  const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
+  const double energy = fitting.rest_energy() + fitting.find_residual(gradient) - alignment;
   gradient = of_rotations - gradient;
   return energy < 0 ? 0 : energy;
 }

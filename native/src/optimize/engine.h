@@ -31,6 +31,7 @@ class Engine {
   struct Change {
     std::unique_ptr<PreparedConstraints> constraints;
     std::unique_ptr<HandleRotations> handle_rotations;  ///< refers to them
+    Rotations rotations;                                ///< of the pose, in their cells
   };
   /// Throws InvalidInput, SolverError or Cancelled; the former constraints stay.
   [[nodiscard]] Change prepare(const ModelConstraints& given, const Progress& progress);
@@ -54,8 +55,8 @@ class Engine {
   /// Goes back to the pose before the last solve, which was not cancelled, or the last take().
   void undo() noexcept;
 
-  /// The energy at `positions` with the best rotations, without constraint terms, and its gradient, (n, 3). Rigid
-  /// regions have the rotation that their vertices have made, by least squares.
+  /// The energy at `positions` with the best rotations, without constraint terms, and its gradient, (n, 3). Cells are
+  /// those of the constraints. Rigid regions have the rotation that their vertices have made, by least squares.
   double evaluate(const Positions& positions, Positions& gradient);
 
   /// Components of the input without any constraint.
@@ -75,6 +76,14 @@ class Engine {
     [[nodiscard]] bool is_drag() const { return rotations.rows() == 0 && (step.array() != 0).any(); }
   };
 
+  [[nodiscard]] const Cells& cells() const {
+    return has_constraints() ? constraints_->cells(model_) : model_.energy.cells;
+  }
+  [[nodiscard]] CellPasses& passes(Precision precision) const {
+    return has_constraints() ? constraints_->passes(model_, precision) : model_.passes(precision);
+  }
+  /// The rotations of the pose, in the cells of others.
+  [[nodiscard]] Rotations rotations_for(const PreparedConstraints& constraints) const;
   /// Then nothing is predicted: stresses grow with the fifth power of a torn pose, and from frame to frame.
   [[nodiscard]] bool keeps_volumes() const { return model_.energy.volume_stiffness > 0; }
   [[nodiscard]] Start plan(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations);

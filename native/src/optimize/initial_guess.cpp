@@ -57,9 +57,10 @@ double spread_rotations(const PreparedModel& model, const PreparedConstraints& c
   const RigidRegions& regions = constraints.regions;
   const auto [field, range] = interpolate_harmonically(model, constraints, rotations, kRotationAccuracy);
   const auto rotation_at = [&field = field](int unknown) { return rotation_by(field.row(unknown).transpose()); };
-  parallel_for(model.workers, model.energy.n_cells(), [&](int begin, int end) {
+  const Cells& cells = constraints.cells(model);
+  parallel_for(model.workers, cells.size(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c)
-      if (const int home = model.energy.cells.home(c); home >= 0)
+      if (const int home = cells.home(c); home >= 0)
         pose.rotations[c] = rotation_at(regions.unknown_of(home)) * pose.rotations[c];
   });
   for (int r = 0; r < regions.size(); ++r) {

@@ -30,7 +30,7 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   const bool is_in_double = precision == Precision::kDouble || !model_.fits_single;
   if (passes_ == nullptr || is_in_double != is_in_double_) forget();
   passes_ = nullptr;  // those of a large model go before the others are made, which may fail
-  passes_ = &model_.passes(precision);
+  passes_ = &constraints_.passes(model_, precision);
   is_in_double_ = is_in_double;
   reach_ = targets.size() == 0 ? 1 : std::max(1.0, targets.cwiseAbs().maxCoeff());
   const auto pull_softly = [&](double sign) {
@@ -219,7 +219,7 @@ void LocalGlobal::finish(Pose& pose) {
 bool LocalGlobal::go_on_in_double(Pose& pose) {
   if (is_in_double_) return false;
   passes_->read_rotations(pose.rotations);
-  passes_ = &model_.passes(Precision::kDouble);
+  passes_ = &constraints_.passes(model_, Precision::kDouble);
   passes_->set_rotations(pose.rotations);
   is_in_double_ = true;
   return true;

@@ -513,7 +513,7 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
   const std::vector<int> numbers = prepare_surface(surface, of_size_1.mesh(), options, {}, regions, {});
   renumber_cells(model.energy, cell_order);
   model.regions = arap::RigidRegions(regions, model.energy, model.rest);
-  model.regions.read_cells();
+  model.regions.read_cells(model.energy.cells);
   arap::ConstraintSet set = task.constraints;
   for (int& v : set.vertices) v = numbers[v];
   const arap::PreparedConstraints constraints(model, {set, {}}, {});

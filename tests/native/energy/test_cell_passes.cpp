@@ -73,8 +73,8 @@ double best_alignment(const Matrix3& Q) { return best_rotation(Q).cwiseProduct(Q
 class CellPassesOf : public testing::TestWithParam<std::tuple<Precision, Isa, int>> {
  protected:
   std::unique_ptr<CellPasses> passes(const CellEnergy& energy, const Positions& rest) const {
-    return make_cell_passes(energy, rest, std::get<Precision>(GetParam()), arap::Workers(std::get<int>(GetParam())),
-                            std::get<Isa>(GetParam()));
+    return make_cell_passes(energy, energy.cells, rest, std::get<Precision>(GetParam()),
+                            arap::Workers(std::get<int>(GetParam())), std::get<Isa>(GetParam()));
   }
   [[nodiscard]] double epsilon() const { return std::get<Precision>(GetParam()) == Precision::kSingle ? 1e-6 : 1e-14; }
 };
@@ -275,7 +275,7 @@ TEST(CellPasses, ManyThreadsGiveTheSameBits) {
     double sums[2];          // NOLINT
     Rotations rotations[2];  // NOLINT
     for (const int k : {0, 1}) {
-      const auto tested = make_cell_passes(energy, p, precision, arap::Workers(k + 1));
+      const auto tested = make_cell_passes(energy, energy.cells, p, precision, arap::Workers(k + 1));
       tested->set_positions(p);
       sums[k] = tested->fit_rotations() + tested->find_residual(residual[k]);
       tested->read_rotations(rotations[k]);

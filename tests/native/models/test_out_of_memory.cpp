@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <new>
 #include <string>
 
 #include "arap/cage.h"
+#include "arap/surface_arap.h"
 #include "arap/wrap_deformation.h"
 #include "support/any_model.h"
 #include "support/helpers.h"
@@ -156,6 +158,39 @@ INSTANTIATE_TEST_SUITE_P(Models, WithoutMemory, testing::ValuesIn(cases()),
                          [](const testing::TestParamInfo<Case>& tested) {
                            return tested.param.kind.name + "With" + std::to_string(tested.param.threads) + "Threads";
                          });
+
+TEST(WithoutMemory, ConstraintsThatCutASurfaceAreThereOrTheFormerOnes) {
+  const MeshData bar = box({6, 2, 2}, {3, 1, 1}, Faces::kQuads);
+  // A ring around x is held, the end moves.
+  const auto cut_at = [&](double x) {
+    Task task;
+    for (int v = 0; v < bar.n_vertices(); ++v)
+      if (std::abs(bar.vertices[v][0] - x) < .1)
+        task.add(v, bar.vertices[v]);
+      else if (bar.vertices[v][0] > 1.4)
+        task.add(v, bar.vertices[v] + Vector3(.1, .2, 0));
+    return task;
+  };
+  const Task here = cut_at(0);
+  const Task there = cut_at(-.5);
+  arap::Options options;
+  options.rigidity_radius = .15;
+  options.threads = 1;
+  arap::SurfaceArap model(bar.mesh(), options);
+  const arap::SolveOptions few = iterations(2, arap::InitialGuess::kRest);
+  model.set_constraints(here.constraints);
+  const Positions expected = model.solve(here.targets, few).positions;
+  fail_each(
+      "set_constraints", 1, [&] { model.set_constraints(there.constraints); },
+      [&] {
+        EXPECT_EQ(model.positions(), expected);
+        EXPECT_EQ(model.solve(here.targets, few).positions, expected);
+      },
+      [&] {
+        model.set_constraints(here.constraints);
+        model.solve(here.targets, few);
+      });
+}
 
 /// What moves points with a mesh has no state but the bind.
 template <class Bind>

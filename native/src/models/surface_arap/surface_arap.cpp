@@ -17,7 +17,7 @@ constexpr double kPatchRadius = 1.5;
 /// A little more than what a bind takes at its peak, beside the mesh. Measured on regular meshes of triangles and
 /// quads, and on one with 200 faces a vertex.
 double bytes_to_bind(const PolygonMesh& mesh, Energy energy) {
-  const double per_vertex = energy == Energy::kRotationNodes ? 1450 : 900;  // a vertex is in more cells of nodes
+  const double per_vertex = energy == Energy::kRotationNodes ? 1570 : 900;  // a vertex is in more cells of nodes
   constexpr double kPerLooseVertex = 600;
   constexpr double kPerFurtherCorner = 300;  // of a face: it is joined with all others
   constexpr double kPerFace = 400;           // if a vertex is in many

@@ -5,21 +5,6 @@
 
 namespace arap {
 
-namespace {
-
-/// f(edge, other end) for the two edges of the triangle at vertex i.
-template <class Function>
-void for_edges_at(const Triangle& triangle, int i, const Function& f) {
-  for (size_t edge = 0; edge < 3; ++edge) {
-    const int a = triangle.vertices[(edge + 1) % 3];
-    const int b = triangle.vertices[(edge + 2) % 3];
-    if (a == i) f(edge, b);
-    if (b == i) f(edge, a);
-  }
-}
-
-}  // namespace
-
 SurfaceAssembler::SurfaceAssembler(const PolygonMesh& mesh, const Options& options,
                                    const std::vector<double>& stiffness)
     : rest_(mesh.positions()),
@@ -55,27 +40,19 @@ void SurfaceAssembler::system_column(int i, RowAccumulator<double>& column) cons
 }
 
 void SurfaceAssembler::cells_at(int j, RowAccumulator<Vector3>& cells) const {
+  if (!is_spokes_) {
+    for_each_term(j, [&](const std::array<int, 3>& /*vertices*/, int i, const Vector3& q) { cells[i] += q; });
+    return;
+  }
   triangles_at_.for_each(j, [&](int t) {
     const Triangle& triangle = triangulation_.triangles[t];
-    Vector3 whole = Vector3::Zero();
     for_edges_at(triangle, j, [&](size_t edge, int other) {
       const Vector3 pull = triangle.half_cotangents[edge] * (rest_.row(j) - rest_.row(other)).transpose();
-      whole += pull;
-      if (!is_spokes_) return;
       cells[j] += scale(j) * pull;
       cells[other] += scale(other) * pull;
     });
-    if (is_spokes_) return;
-    for (const int i : triangle.vertices) cells[i] += scale(i) * whole;
   });
-  ties_at_.for_each(j, [&](int t) {
-    const Tie& tie = triangulation_.ties[t];
-    Vector3 u = Vector3::Zero();
-    for (size_t a = 0; a < 3; ++a) u += tie.coefficients[a] * rest_.row(tie.vertices[a]).transpose();
-    const int i = tie.vertices[0];
-    for (size_t a = 0; a < 3; ++a)
-      if (tie.vertices[a] == j) cells[i] += 2 * stiffness(i) * tie.weight * tie.coefficients[a] * u;
-  });
+  for_each_tie_term(j, [&](const std::array<int, 3>& /*vertices*/, int i, const Vector3& q) { cells[i] += q; });
 }
 
 double SurfaceAssembler::cells_of_edge(const Triangle& triangle, size_t edge) const {

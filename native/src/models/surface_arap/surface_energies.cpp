@@ -20,6 +20,8 @@ namespace {
 /// q of the cells of nodes: what the cells of vertices have, times the weights with which these look at the nodes.
 Cells::Rows share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads,
                         const MeterPart& meter) {
+  std::vector<int> node_of_vertex(assembler.n(), -1);
+  for (int c = 0; c < nodes.size(); ++c) node_of_vertex[nodes.vertices[c]] = c;
   return {assembler.n(), nodes.size(), threads,
           [&] {
             return [&, cells = RowAccumulator<Vector3>(assembler.n())](int j, RowAccumulator<Vector3>& row) mutable {
@@ -28,6 +30,8 @@ Cells::Rows share_cells(const SurfaceAssembler& assembler, const RotationNodes& 
                 for (int e = nodes.offsets[i]; e < nodes.offsets[i + 1]; ++e)
                   row[nodes.nodes[e]] += nodes.weights[e] * q;
               cells.clear();
+              // Its vertex is the home of its cell, whatever weight it has.
+              if (const int own = node_of_vertex[j]; own >= 0 && !row.entries().empty()) static_cast<void>(row[own]);
             };
           },
           meter};

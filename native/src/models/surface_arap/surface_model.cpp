@@ -8,6 +8,7 @@
 #include "mesh/mirror_symmetry.h"
 #include "mesh/thickness_links.h"
 #include "models/surface_arap/surface_energies.h"
+#include "models/surface_arap/surface_terms.h"
 #include "parallel/meter.h"
 #include "parallel/parallel.h"
 #include "sampling/rotation_nodes.h"
@@ -48,11 +49,12 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
   prepared.regions = RigidRegions(regions, prepared.energy, prepared.rest);
   // The order of the unknowns takes a good part of a bind: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
+  RotationNodes nodes;
   const auto with_matrix = [&] {
     solver = beside(prepared.workers, [&] { return prepared.make_solver({&meter, 0.25}); });
-    return options.energy == Energy::kRotationNodes
-               ? choose_nodes(model, mesh, options.rigidity_radius, regions, {&meter, 1})
-               : node_at_each_vertex(mesh.n_vertices());
+    if (options.energy != Energy::kRotationNodes) return node_at_each_vertex(mesh.n_vertices());
+    nodes = choose_nodes(model, mesh, options.rigidity_radius, regions, {&meter, 1});
+    return nodes;
   };
   const auto find_order = [&] {
     prepared.choose_precision();
@@ -65,6 +67,8 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
   if (const std::vector<int>* order = prepared.solver->ordering(); order != nullptr)
     model.areas = permuted(model.areas, *order);
   std::vector<int> new_numbers = prepared.take_solver_numbers({&meter, 0});
+  if (options.energy == Energy::kRotationNodes)
+    prepared.terms = std::make_unique<SurfaceTerms>(mesh, options, stiffness, std::move(nodes), new_numbers);
   meter.reach(1);
   return new_numbers;
 }
