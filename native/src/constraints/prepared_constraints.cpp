@@ -220,7 +220,7 @@ std::vector<int> PreparedConstraints::cut_parts(const PreparedModel& model) cons
     if (is_free[v] == 0) continue;
     joined.join(v, regions.unknown_of(v));
     // Also where the entry is 0, as of the diagonals of squares: their terms join them.
-    for (SparseMatrix::InnerIterator it(model.energy.K, v); it && it.row() < v; ++it)
+    for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it)
       if (is_free[it.row()] != 0) joined.join(v, static_cast<int>(it.row()));
   }
   for (int v = 0; v < std::ssize(is_free); ++v)
