@@ -15,9 +15,9 @@ struct Patch {
 };
 
 /// Weighted averages of vertices that are constrained as one point each. Patch k consists of the entries
-/// offsets[k] .. offsets[k + 1] - 1 of `vertices` and `weights`. Weights are >= 0 and are scaled to sum 1. To set
-/// and to hold a patch takes a small part of a solve's time and memory, so there may be hundreds; the time of some
-/// thousands grows with their cube.
+/// offsets[k] .. offsets[k + 1] - 1 of `vertices` and `weights`. Weights are >= 0 and are scaled to sum 1.
+/// There may be as many of up to 64 vertices as one likes. Some hundreds that are wider, or partly in a rigid region,
+/// take a small part of a solve's time and memory each; the time of some thousands grows with their cube.
 struct Patches {
   std::vector<int> offsets;  ///< n_patches + 1 entries, or empty: no patches
   std::vector<int> vertices;

@@ -39,6 +39,9 @@ constexpr double kPenalty = 100;
 /// What a correction leaves of the gaps of stiff rows, as a part of what penalties leave. The next one closes that too.
 constexpr double kGapsLeft = 1e-2;
 
+/// Weight of averages beside stiff rows, in units of K's stiffness: as hard rows have.
+constexpr double kLikeStiff = 1e7;
+
 /// What is so much smaller than the largest coefficient of a row is rounding.
 constexpr double kBalanced = 1e-9;
 
@@ -133,7 +136,28 @@ void ConstrainedSystem::factorize_with_rows(const SolverFactory* factory, const 
   // Halves could not tell K beside rows.
   factor_ = make_linear_solver(held, workers_, TileFormat::kFloat, meter.part(0.5), factory)
                 ->factorize(held, is_fixed_, meter.part(0.5));
+  n_exact_ = constraints.n_exact;
+  if (n_exact_ > 0) {
+    LinearRows exact;
+    const Eigen::VectorXd of_averages = row_stiffness(RowMatrix({averages_, {}}, n), K);
+    for (size_t k = 0; k < averages_.size(); ++k)
+      exact.add(averages_[k], kLikeStiff * of_averages[static_cast<Eigen::Index>(k)]);
+    for (int r = stiff.size() - n_exact_; r < stiff.size(); ++r)
+      exact.add(constraints.stiff_rows.rows[r], constraints.stiff_rows.weights[r]);
+    to_exact_ = SmallestChange(exact, is_fixed_);
+  }
   if (!stiff.empty()) stiff_ = std::make_unique<StiffRows>(std::move(stiff), penalties, weights, workers_);
+}
+
+void ConstrainedSystem::close_exact(const Positions& gaps, Positions& x) const {
+  if (n_exact_ == 0) return;
+  const std::ptrdiff_t n_averages = std::ssize(averages_);
+  Positions of_stiff;
+  stiff_->rows().multiply(x, of_stiff, workers_);
+  Positions left(n_averages + n_exact_, 3);
+  left << gaps.topRows(n_averages) - transposed_product(free_averages_, x),
+      gaps.bottomRows(n_exact_) - of_stiff.bottomRows(n_exact_);
+  to_exact_.close(left, x, workers_);
 }
 
 std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& components,
@@ -348,6 +372,7 @@ void ConstrainedSystem::correct_with_stiff(const Positions& gaps, Positions& mul
   }
   correction.swap(step);
   if (start.rows() > 0) correction += start;
+  close_exact(gaps, correction);
 }
 
 void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {
@@ -374,6 +399,7 @@ void ConstrainedSystem::solve_exactly(double accuracy, const Positions& gaps, Po
                   },
                   b, workers_, accuracy);
   if (border_ != nullptr) b += start;
+  close_exact(gaps, b);
 }
 
 void ConstrainedSystem::solve_stiff_exactly(double accuracy, const Positions& stiff_gaps, Positions& of_stiff,

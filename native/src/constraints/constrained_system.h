@@ -8,6 +8,7 @@
 #include "arap/options.h"
 #include "cholesky/linear_solver.h"
 #include "constraints/linear_rows.h"
+#include "constraints/smallest_change.h"
 #include "constraints/stiff_rows.h"
 #include "dense/least_squares.h"
 #include "parallel/meter.h"
@@ -29,6 +30,7 @@ struct SystemConstraints {
   std::vector<LinearRow> averages;  ///< held exactly, joined by a small dense system: for hundreds
   LinearRows soft_rows{};           ///< as many as one likes, each of a few unknowns
   LinearRows stiff_rows{};          ///< the same, with weights far above K
+  int n_exact = 0;                  ///< of the stiff ones, the last, which are held exactly, too
 };
 
 /// Minimizes 1/2 <x, A x> - <b, x> + 1/2 sum_r w_r |h_r x - g_r|^2 with A = K + a diagonal for soft unknowns + H^T W H
@@ -69,7 +71,8 @@ class ConstrainedSystem {
   [[nodiscard]] int n_held() const { return static_cast<int>(averages_.size()) + n_stiff(); }
 
   /// Sets `correction` to that of x for `residual` = b - A x, as exact as the factor is; 0 at fixed unknowns. The
-  /// averages meet their targets exactly in every case, the stiff rows to a hundredth of what penalties would leave.
+  /// averages and exact rows meet their targets in every case, other stiff rows to a hundredth of what penalties would
+  /// leave.
   /// @param gaps         (n_held, 3) target minus what x has
   /// @param multipliers  (n_held, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
   ///                     the corrected x. To start from the last ones makes the correction vanish at the minimizer.
@@ -106,6 +109,8 @@ class ConstrainedSystem {
   [[nodiscard]] Eigen::MatrixX3d forces_of_averages(const Positions& forces) const;
   /// An x that meets the averages, from itself as b; what it does is taken out of b and of the gaps of stiff rows.
   Eigen::MatrixX3d start_held(const Positions& gaps, Positions& x, Positions& b, Positions& stiff_gaps) const;
+  /// Brings averages and stiff rows that are held exactly there.
+  void close_exact(const Positions& gaps, Positions& x) const;
   void correct_with_stiff(const Positions& gaps, Positions& multipliers, Positions& correction) const;
   /// Replaces b by x, as exact as rounding allows; sets the forces of stiff rows, (n_stiff, 3).
   void solve_exactly(double accuracy, const Positions& gaps, Positions& of_stiff, Positions& b) const;
@@ -126,6 +131,8 @@ class ConstrainedSystem {
   std::vector<double> grounding_;          ///< added to the diagonal of A in the factor, of each grounded unknown
   std::unique_ptr<Factorization> factor_;  ///< of A with grounding and the penalties of stiff rows
   std::unique_ptr<StiffRows> stiff_;       ///< over factor_; null without stiff rows
+  int n_exact_ = 0;                        ///< of these, the last, which are held exactly
+  SmallestChange to_exact_;                ///< of averages and these; none without these
   SparseMatrix free_averages_;             ///< W: (n, n_averages), of free unknowns
   SparseMatrix moves_;                     ///< Z: (n, n_released), each component as one, 1 / its grounding
   SparseMatrix move_forces_;               ///< V: (n, n_released), what soft and stiff rows do against that

@@ -60,7 +60,8 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
   }
   for (const PreparedConstraints::Rows* group : row_groups) {
     const LinearRows& rows = group->rows;
-    for (int r = 0; r < rows.size(); ++r) {
+    const bool has_patches = group == &constraints.stiff_rows;
+    for (int r = 0; r < rows.size() - (has_patches ? constraints.n_stiff_patches : 0); ++r) {
       const int first = rows.rows[r].indices.front();
       vertex_of_row[group->target_rows[r]] = first;
       weight_of_row_[group->target_rows[r]] = rows.weights[r];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -35,6 +36,23 @@ constexpr int kMostDense = 100;
 /// A row in the matrix joins all of its unknowns: a wide one would fill it.
 constexpr int kMostEntries = 64;
 
+/// A patch as a row of coefficients of sum 1.
+LinearRow average_of(const Patches& patches, int p) {
+  std::map<int, double> weight_of_vertex;
+  double sum = 0;
+  for (int k = patches.offsets[p]; k < patches.offsets[p + 1]; ++k) {
+    if (!(patches.weights[k] > 0)) continue;
+    weight_of_vertex[patches.vertices[k]] += patches.weights[k];
+    sum += patches.weights[k];
+  }
+  LinearRow average;
+  for (const auto& [v, weight] : weight_of_vertex) {
+    average.indices.push_back(v);
+    average.coefficients.push_back(weight / sum);
+  }
+  return average;
+}
+
 }  // namespace
 
 PreparedConstraints::PreparedConstraints(const PreparedModel& model, const ModelConstraints& constraints,
@@ -47,9 +65,9 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
   const auto n = static_cast<int>(model.rest.rows());
   constraints.rows.validate(n);
   read_entries(constraints.set);
-  for (int p = 0; p < constraints.set.patches.size(); ++p) read_patch(model, constraints.set, p);
   read_rows(model, constraints.rows, constraints.set.n_targets());
   merge_entries();
+  read_patches(model, constraints.set);
   for (Rows* group : {&soft_rows, &stiff_rows}) group->matrix = RowMatrix(group->rows, n);
   held_rows_ = patch_rows_;
   held_rows_.insert(held_rows_.end(), stiff_rows.target_rows.begin(), stiff_rows.target_rows.end());
@@ -146,29 +164,50 @@ void PreparedConstraints::merge_entries() {
   }
 }
 
-void PreparedConstraints::read_patch(const PreparedModel& model, const ConstraintSet& set, int p) {
-  std::map<int, double> weight_of_vertex;
-  double sum = 0;
-  for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
-    if (!(set.patches.weights[k] > 0)) continue;
-    weight_of_vertex[set.patches.vertices[k]] += set.patches.weights[k];
-    sum += set.patches.weights[k];
+void PreparedConstraints::read_patches(const PreparedModel& model, const ConstraintSet& set) {
+  std::vector<LinearRow> averages;
+  std::vector<int> targets;
+  for (int p = 0; p < set.patches.size(); ++p) {
+    LinearRow average = average_of(set.patches, p);
+    const int target = static_cast<int>(set.vertices.size()) + p;
+    vertex_of_target[target] = average.indices.front();
+    if (const int region = regions.region_of(average); region >= 0) {
+      vertex_of_target[target] = regions.unknown(region);
+      anchor_points.push_back({region, average.of(model.rest).transpose()});
+      anchor_rows_.push_back(target);
+    } else {
+      averages.push_back(std::move(average));
+      targets.push_back(target);
+    }
   }
-  LinearRow average;
-  for (const auto& [v, weight] : weight_of_vertex) {
-    average.indices.push_back(v);
-    average.coefficients.push_back(weight / sum);
+  sort_patches(std::move(averages), std::move(targets));
+}
+
+void PreparedConstraints::sort_patches(std::vector<LinearRow> averages, std::vector<int> targets) {
+  const auto is_narrow = [&](const LinearRow& row) {
+    return std::ssize(row.indices) <= kMostEntries && !regions.has_member(row) && std::isfinite(free_stiffness(row));
+  };
+  const bool are_many = std::count_if(averages.begin(), averages.end(), is_narrow) > kMostDense;
+  for (size_t p = 0; p < averages.size(); ++p) {
+    LinearRow& row = averages[p];
+    if (are_many && is_narrow(row)) {
+      const double weight = kHardRow * free_stiffness(row);
+      stiff_rows.rows.add(std::move(row), weight);
+      stiff_rows.target_rows.push_back(targets[p]);
+      ++n_stiff_patches;
+    } else {
+      patches.push_back(std::move(row));
+      patch_rows_.push_back(targets[p]);
+    }
   }
-  const int target = static_cast<int>(set.vertices.size()) + p;
-  vertex_of_target[target] = average.indices.front();
-  if (const int region = regions.region_of(average); region >= 0) {
-    vertex_of_target[target] = regions.unknown(region);
-    anchor_points.push_back({region, average.of(model.rest).transpose()});
-    anchor_rows_.push_back(target);
-  } else {
-    patches.push_back(std::move(average));
-    patch_rows_.push_back(target);
-  }
+}
+
+double PreparedConstraints::free_stiffness(const LinearRow& row) const {
+  double compliance = 0;
+  for (size_t k = 0; k < row.indices.size(); ++k)
+    if (const int v = row.indices[k]; is_hard[v] == 0 && stiffness_[v] > 0)
+      compliance += row.coefficients[k] * row.coefficients[k] / stiffness_[v];
+  return compliance > 0 ? 1 / compliance : std::numeric_limits<double>::infinity();
 }
 
 template <class Visit>
@@ -259,8 +298,9 @@ std::vector<char> PreparedConstraints::fixed_unknowns() const {
 
 SystemConstraints PreparedConstraints::system_constraints(const Eigen::VectorXd& of_vertices, LinearRows soft,
                                                           LinearRows stiff) const {
-  SystemConstraints result{fixed_unknowns(), Eigen::VectorXd::Zero(of_vertices.size()), patches, std::move(soft),
-                           std::move(stiff)};
+  SystemConstraints result{fixed_unknowns(), Eigen::VectorXd::Zero(of_vertices.size()),
+                           patches,          std::move(soft),
+                           std::move(stiff), n_stiff_patches};
   for (Eigen::Index v = 0; v < of_vertices.size(); ++v)
     result.soft_diagonal[regions.unknown_of(static_cast<int>(v))] += of_vertices[v];
   for (std::vector<LinearRow>* rows : {&result.averages, &result.soft_rows.rows, &result.stiff_rows.rows})

@@ -29,12 +29,13 @@ struct ModelConstraints {
 ///
 /// A row of the constraints becomes one of these:
 ///   - a fixed vertex, if it is hard and names one;
-///   - an average, as patches are: hard rows if they are few or wide, or have members of rigid regions. With such
+///   - an average: patches and hard rows if they are few or wide, or have members of rigid regions. With such
 ///     members and others, a row counts as hard from 1e4 times the stiffness of K on. Averages are joined by a small
 ///     dense system: see Border for the time and memory of each;
 ///   - a soft row of the system: the other rows with members of rigid regions, and rows up to 200 times as stiff as K;
 ///   - a stiff row of the system: all others. Hard ones become 1e7 times as stiff as K at their unknowns, which holds
-///     them to some 1e-9 of the model's size, and where they contradict each other to the least squares.
+///     them to some 1e-9 of the model's size, and where they contradict each other to the least squares. Patches are
+///     met exactly, too.
 class PreparedConstraints {
  public:
   /// Throws InvalidInput, SolverError or Cancelled.
@@ -104,12 +105,13 @@ class PreparedConstraints {
   std::vector<int> soft_vertices;     ///< of soft_diagonal
   std::vector<int> vertices_at_rest;  ///< of is_at_rest
   std::vector<int> parts_at_rest;     ///< of the mesh, without any constraint
-  std::vector<LinearRow> patches;     ///< as averages over vertices, but for those that anchor a rigid region
+  std::vector<LinearRow> patches;     ///< held as averages over vertices
   std::vector<RegionPoint>
       anchor_points;           ///< patches with most of their weight in one region, which carries them whole
   MixedPatches mixed_patches;  ///< of the patches, those that a rotation of a region moves
   Rows soft_rows;
-  Rows stiff_rows;
+  Rows stiff_rows;  ///< the last ones are patches
+  int n_stiff_patches = 0;
   std::vector<int> vertex_of_target;  ///< (n_targets,) one that the target is about
   std::vector<int> handle_of_row;     ///< as given: of the last targets
   /// (n_targets,) what a rotation vector that all unknowns have makes of each target: 1 but for rows of another sum
@@ -121,7 +123,12 @@ class PreparedConstraints {
   /// @param first  row of the targets
   void read_rows(const PreparedModel& model, const LinearRows& rows, int first);
   void merge_entries();
-  void read_patch(const PreparedModel& model, const ConstraintSet& set, int p);
+  /// After merge_entries(): where a patch is hard, it is not held again.
+  void read_patches(const PreparedModel& model, const ConstraintSet& set);
+  /// Patches that no region carries: averages, or stiff rows that are met exactly.
+  void sort_patches(std::vector<LinearRow> averages, std::vector<int> targets);
+  /// As row_stiffness(), of the vertices that are not hard.
+  [[nodiscard]] double free_stiffness(const LinearRow& row) const;
   /// Calls visit(vertex, hold) for what each constraint names; hold is its stiffness as a part of K's there, at least
   /// 1 if it is hard.
   template <class Visit>

@@ -43,10 +43,11 @@ Matrix3 covariance(const Positions& from, const Positions& to) {
 
 }  // namespace
 
-ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions,
-                             const std::vector<char>& at_rest, double reach) {
+ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& pieces,
+                             const std::vector<int>& rigid_regions, const std::vector<char>& at_rest, double reach) {
   find_places(mesh, set, rigid_regions, at_rest);
   find_followers(mesh, reach);
+  find_patches(set, pieces);
   std::vector<char> stays = at_rest;
   for (const Region& region : regions_)
     for (const int v : region.carried) stays[mesh.part_of_vertex()[v]] = 0;
@@ -130,7 +131,27 @@ void ExactVertices::find_followers(const PolygonMesh& mesh, double reach) {
   }
 }
 
-void ExactVertices::apply(const Positions& targets, Positions& points) const {
+void ExactVertices::find_patches(const ConstraintSet& set, const std::vector<int>& pieces) {
+  for (int p = 0; p < set.patches.size(); ++p) {
+    LinearRow row;
+    double sum = 0;
+    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
+      if (pieces[set.patches.vertices[k]] < 0) continue;
+      row.indices.push_back(set.patches.vertices[k]);
+      row.coefficients.push_back(set.patches.weights[k]);
+      sum += set.patches.weights[k];
+    }
+    if (!(sum > 0)) continue;
+    for (double& coefficient : row.coefficients) coefficient /= sum;
+    patches_.add(std::move(row), 1);
+    patch_targets_.push_back(static_cast<int>(set.vertices.size()) + p);
+  }
+  std::vector<char> is_fixed(pieces.size(), 0);
+  for (const int v : vertices_) is_fixed[v] = 1;
+  of_patches_ = SmallestChange(patches_, is_fixed);
+}
+
+void ExactVertices::apply(const Positions& targets, const Workers& workers, Positions& points) const {
   Positions places(vertices_.size(), 3);
   for (size_t k = 0; k < hard_.size(); ++k) {
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
@@ -169,6 +190,9 @@ void ExactVertices::apply(const Positions& targets, Positions& points) const {
   const Positions left = places - points(vertices_, all);
   for (size_t k = 0; k < vertices_.size(); ++k) points.row(vertices_[k]) = places.row(static_cast<Eigen::Index>(k));
   for (const Follower& follower : followers_) points.row(follower.vertex) += follower.share * left.row(follower.place);
+  Positions gaps = targets(patch_targets_, all);
+  for (int p = 0; p < patches_.size(); ++p) gaps.row(p) -= patches_.rows[p].of(points);
+  of_patches_.close(gaps, points, workers);
 }
 
 }  // namespace arap

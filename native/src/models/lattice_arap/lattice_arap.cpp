@@ -193,7 +193,7 @@ struct LatticeArap::Impl {
     if (points.rows() == 0) points = mesh.positions();  // loose ones stay there
     lattice->embed(control_points, model.workers, points);
     sheets.write(points);
-    exact->apply(targets, points);
+    exact->apply(targets, model.workers, points);
     space.to_input(points, model.workers, next);
   }
 
@@ -282,9 +282,9 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
   Sheets::Change of_sheets = impl_->sheets.prepare(of_model, part_of(progress, 0, share));
   const LinearRows rows = held->rows();
-  auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
-                                               impl_->parts_at_rest(rows, of_sheets.constrained_parts),
-                                               kReach * impl_->lattice->cube_size());
+  auto exact = std::make_unique<ExactVertices>(
+      impl_->mesh, of_model, impl_->lattice->piece_of_vertex(), impl_->properties.rigid_regions,
+      impl_->parts_at_rest(rows, of_sheets.constrained_parts), kReach * impl_->lattice->cube_size());
   Engine::Change of_engine = impl_->engine.prepare({{}, rows}, part_of(progress, share, 1));
   // Nothing fails from here on.
   impl_->sheets.take(std::move(of_sheets));
