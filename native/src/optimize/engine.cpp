@@ -206,7 +206,10 @@ IterationReport Engine::solve(const Positions& targets, const SolveOptions& opti
     steps_->set_targets(targets, first_precision(targets, options, start.goes_on_there));
     time.begin_iteration();
     const std::optional<double> step = apply_guess(targets, options.initial_guess, start);
-    if (step || !start.goes_on_there) search_->restart();
+    if (!start.goes_on)
+      search_->forget();
+    else if (step || !start.goes_on_there)
+      search_->restart();
     report = minimize(*steps_, *search_, pose_, options, progress, time, step, [&] {
       if (start.is_drag() && !keeps_volumes()) steps_->show_forces_to(predictor_, start.ahead);
     });

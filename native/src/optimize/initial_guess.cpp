@@ -7,7 +7,6 @@
 #include "cholesky/preconditioned_cg.h"
 #include "geometry/rotation_vectors.h"
 #include "optimize/harmonic_field.h"
-#include "parallel/parallel.h"
 
 namespace arap {
 
@@ -54,21 +53,9 @@ double guess_accuracy(double range) {
 
 double spread_rotations(const PreparedModel& model, const PreparedConstraints& constraints, const Positions& rotations,
                         Pose& pose) {
-  const RigidRegions& regions = constraints.regions;
   const auto [field, range] = interpolate_harmonically(model, constraints, rotations, kRotationAccuracy);
-  const auto rotation_at = [&field = field](int unknown) { return rotation_by(field.row(unknown).transpose()); };
-  const Cells& cells = constraints.cells(model);
-  parallel_for(model.workers, cells.size(), [&](int begin, int end) {
-    for (int c = begin; c < end; ++c)
-      if (const int home = cells.home(c); home >= 0)
-        pose.rotations[c] = rotation_at(regions.unknown_of(home)) * pose.rotations[c];
-  });
-  for (int r = 0; r < regions.size(); ++r) {
-    Matrix3& rotation = pose.placements[r].rotation;
-    if (!regions.is_anchored(r)) rotation = rotation_at(regions.unknown(r)).toRotationMatrix() * rotation;
-  }
-  regions.write(pose.placements, pose.positions);
-  regions.share_rotations(pose.placements, pose.rotations);
+  turn_cells(
+      model, constraints, [&field = field](int unknown) { return rotation_by(field.row(unknown).transpose()); }, pose);
   return range;
 }
 

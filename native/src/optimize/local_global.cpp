@@ -12,6 +12,23 @@
 
 namespace arap {
 
+void turn_cells(const PreparedModel& model, const PreparedConstraints& constraints, const RotationAt& rotation_at,
+                Pose& pose) {
+  const RigidRegions& regions = constraints.regions;
+  const Cells& cells = constraints.cells(model);
+  parallel_for(model.workers, cells.size(), [&](int begin, int end) {
+    for (int c = begin; c < end; ++c)
+      if (const int home = cells.home(c); home >= 0)
+        pose.rotations[c] = rotation_at(regions.unknown_of(home)) * pose.rotations[c];
+  });
+  for (int r = 0; r < regions.size(); ++r) {
+    Matrix3& rotation = pose.placements[r].rotation;
+    if (!regions.is_anchored(r)) rotation = rotation_at(regions.unknown(r)).toRotationMatrix() * rotation;
+  }
+  regions.write(pose.placements, pose.positions);
+  regions.share_rotations(pose.placements, pose.rotations);
+}
+
 double longest_row(const Positions& x, const Workers& workers) {
   const double squared = parallel_reduce<kRows>(
       workers, static_cast<int>(x.rows()), 0.0,
@@ -199,6 +216,22 @@ double LocalGlobal::fit(Pose& pose) {
   if (!constraints_.regions.empty()) alignment = fit_regions(pose);
   const double energy = refresh_residual(pose) - alignment;
   return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
+}
+
+LocalGlobal::Response LocalGlobal::respond(const Pose& pose, const Positions& residual, const RotationAt& rotation_at) {
+  Pose turned = pose;
+  turn_cells(model_, constraints_, rotation_at, turned);
+  passes_->set_positions(turned.positions);
+  passes_->set_rotations(turned.rotations);
+  if (model_.energy.volume_stiffness > 0) static_cast<void>(passes_->alignment());  // finds the stresses
+  static_cast<void>(refresh_residual(turned));
+  Response response{residual_ - residual, {}};
+  response.step = response.force;
+  constraints_.regions.reduce(response.step);
+  Positions multipliers;
+  constraints_.system().correct(response.step, Positions::Zero(held_targets_.rows(), 3), multipliers, response.step);
+  constraints_.regions.expand(response.step);
+  return response;
 }
 
 void LocalGlobal::know_rotations(const Pose& pose) {

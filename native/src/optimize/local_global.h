@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -16,6 +17,14 @@ struct Pose {
   Rotations rotations;                ///< of each cell
   std::vector<Placement> placements;  ///< of each rigid region
 };
+
+/// A rotation of each unknown.
+using RotationAt = std::function<Eigen::Quaterniond(int unknown)>;
+
+/// Turns all cells, and the regions that nothing anchors, by the rotations of their unknowns; the regions' members
+/// move along.
+void turn_cells(const PreparedModel& model, const PreparedConstraints& constraints, const RotationAt& rotation_at,
+                Pose& pose);
 
 /// The largest length of a row.
 [[nodiscard]] double longest_row(const Positions& x, const Workers& workers);
@@ -47,6 +56,16 @@ class LocalGlobal {
   double global_step(Pose& pose, const DragPredictor& prediction, double share);
   void global_step_to(double accuracy, Pose& pose);
 
+  /// What turned cells make of a global step.
+  struct Response {
+    Positions force;  ///< (n, 3): the change of the residual
+    Positions step;   ///< (n, 3): that of the global step, in which constraints stay met
+  };
+  /// The residual and the passes are those of the turned pose afterwards.
+  /// @param pose      with the rotations of its cells
+  /// @param residual  of the pose
+  [[nodiscard]] Response respond(const Pose& pose, const Positions& residual, const RotationAt& rotation_at);
+
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
   void start(const Pose& pose);
   void finish(Pose& pose);
@@ -74,6 +93,12 @@ class LocalGlobal {
 
   /// After the first fit of a frame, which began with this share of the forces ahead.
   void show_forces_to(DragPredictor& prediction, double share);
+
+  /// b - K p and the forces of soft constraints, where fit() has left it.
+  [[nodiscard]] const Positions& residual() const { return residual_; }
+  /// As fit() has left them.
+  void read_rotations(Rotations& rotations) const { passes_->read_rotations(rotations); }
+  [[nodiscard]] const Positions& rest() const { return model_.rest; }
 
   /// use(residual), with minus the gradient of the energy, soft and stiff constraints included, but for what holds the
   /// patches, (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum. If it

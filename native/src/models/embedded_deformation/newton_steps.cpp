@@ -39,10 +39,12 @@ double progress_of(double first_step, double step, double accuracy) {
   return whole > 0 && step > 0 ? std::clamp(std::log(first_step / step) / whole, 0.0, 1.0) : 1;
 }
 
-/// How far the minimum is: further steps sum to this if they shrink as the last ones did; the last one at least.
+/// How far the minimum is: further steps sum to this if they shrink as the last ones did; the last one at least. With
+/// some to spare, as the first of them shrink faster than the last.
 double distance_left(double step, double former_step) {
+  constexpr double kSafety = 8;
   if (step >= former_step) return std::numeric_limits<double>::infinity();
-  return step * std::max(1.0, step / (former_step - step));
+  return kSafety * step * std::max(1.0, step / (former_step - step));
 }
 
 /// A_j (g_k - g_j) + g_j + t_j - (g_k + t_k) = 0 [SSP07] Eq. (6), as a row.
@@ -139,7 +141,9 @@ NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOpti
     former_step = taken.whole;
     first_step = std::max(first_step, taken.whole);
     const double gap = largest_gap(at);
-    const bool is_met = gap <= options.accuracy;
+    // What holds a gap moves what is around it farther than the gap is.
+    constexpr double kOfGaps = 8;
+    const bool is_met = kOfGaps * gap <= options.accuracy;
     if (is_still && (is_met || learned_.is_all)) {
       report.stop_reason = StopReason::kConverged;
       break;
