@@ -91,8 +91,7 @@ void SoftDirections::choose() {
   constexpr double kStiff = 0.5;      // steps meet these soon enough
   const Eigen::MatrixXd norm = norm_.topLeftCorner(n_, n_).selfadjointView<Eigen::Upper>();
   const Eigen::MatrixXd stiffness = stiffness_.topLeftCorner(n_, n_).selfadjointView<Eigen::Upper>();
-  const Eigen::VectorXd scale =
-      norm.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd scale = norm.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * norm * scale.asDiagonal();
   const SymmetricEigen spread = symmetric_eigen(scaled);
   const Eigen::Index n_spread = (spread.values.array() > kOfOthers).count();

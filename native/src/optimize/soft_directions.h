@@ -19,7 +19,10 @@ class SoftDirections {
 
   explicit SoftDirections(LocalGlobal& steps) : steps_(steps) {}
 
-  void forget() { is_whole_ = false; n_tried_ = 0; }
+  void forget() {
+    is_whole_ = false;
+    n_tried_ = 0;
+  }
 
   /// Finds them at a pose that is fitted, and stays so. False if may_go_on() said no first; then another call goes on.
   [[nodiscard]] bool find(const Pose& pose, const MayGoOn& may_go_on);
@@ -48,11 +51,11 @@ class SoftDirections {
 
   LocalGlobal& steps_;
   bool is_whole_ = false;
-  int n_tried_ = 0;            ///< turns
-  int n_ = 0;                  ///< columns that count
-  Eigen::MatrixXf columns_;    ///< (3 n, kTurns), each a direction
-  Eigen::MatrixXd stiffness_;  ///< of H between columns, before they are chosen
-  Eigen::MatrixXd norm_;       ///< of A
+  int n_tried_ = 0;             ///< turns
+  int n_ = 0;                   ///< columns that count
+  Eigen::MatrixXf columns_;     ///< (3 n, kTurns), each a direction
+  Eigen::MatrixXd stiffness_;   ///< of H between columns, before they are chosen
+  Eigen::MatrixXd norm_;        ///< of A
   Eigen::VectorXd compliance_;  ///< 1 / t
   Eigen::VectorXd lengths_;     ///< along each, to the minimum
   Rotations rotations_;         ///< of the cells, where they were found
