@@ -75,7 +75,7 @@ struct PreparedModel {
   }
 
   /// Whether memory decides what stays.
-  [[nodiscard]] bool is_large() const { return Cells::is_large(energy.cells.n_incidences()); }
+  [[nodiscard]] bool is_large() const { return energy.is_large(); }
   void drop_passes() const noexcept { kept_passes_.drop(); }
 
  private:

@@ -9,7 +9,7 @@ namespace {
 
 /// What is left of the rows' pull, squared, as a part of the first.
 constexpr double kEnough = 1e-24;
-constexpr int kMostSteps = 500;
+constexpr int kMostChanges = 500;
 
 /// The three columns have coefficients of their own.
 using Coefficients = Eigen::Array<double, 1, 3>;
@@ -17,7 +17,9 @@ using Coefficients = Eigen::Array<double, 1, 3>;
 Coefficients squares(const Positions& x) { return x.colwise().squaredNorm().array(); }
 
 /// a / b, 0 if there is nothing left to divide.
-Coefficients ratio(const Coefficients& a, const Coefficients& b) { return (b > 0).select(a / b, Coefficients::Zero()); }
+Coefficients quotient(const Coefficients& a, const Coefficients& b) {
+  return (b > 0).select(a / b, Coefficients::Zero());
+}
 
 }  // namespace
 
@@ -54,15 +56,15 @@ void SmallestChange::close(const Positions& gaps, Positions& x, const Workers& w
   Positions product;
   Coefficients size = squares(pull);
   const Coefficients enough = kEnough * size;
-  for (int step = 0; step < kMostSteps && (size > enough).any(); ++step) {
+  for (int step = 0; step < kMostChanges && (size > enough).any(); ++step) {
     rows_.multiply(direction, product, workers);
-    const Coefficients length = ratio(size, squares(product));
+    const Coefficients length = quotient(size, squares(product));
     change.array() += direction.array().rowwise() * length;
     left.array() -= product.array().rowwise() * length;
     pull.setZero();
     rows_.add_transposed(left, pull, workers);
     const Coefficients next = squares(pull);
-    direction = (pull.array() + direction.array().rowwise() * ratio(next, size)).matrix();
+    direction = (pull.array() + direction.array().rowwise() * quotient(next, size)).matrix();
     size = next;
   }
   for (size_t k = 0; k < unknowns_.size(); ++k) x.row(unknowns_[k]) += change.row(static_cast<Eigen::Index>(k));

@@ -14,4 +14,12 @@ void take_cells(CellEnergy& energy, Cells::Rows rows, const std::vector<int>& ho
   if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
 }
 
+void take_cubes(CellEnergy& energy, CubeCells cubes, const std::vector<int>* order, int threads) {
+  energy.cubes = std::move(cubes);
+  if (order == nullptr) return;
+  const std::vector<int> new_of_old = inverse_permutation(*order);
+  energy.cubes.renumber(new_of_old);
+  energy.K = renumbered(energy.K, *order, new_of_old, threads);
+}
+
 }  // namespace arap

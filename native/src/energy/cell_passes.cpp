@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "base/aligned_buffer.h"
+#include "energy/cell_terms.h"
 #include "energy/sliced_rows.h"
 #include "kernels/kernels.h"
 #include "parallel/parallel.h"
@@ -15,28 +16,6 @@
 namespace arap {
 
 namespace {
-
-/// Slices that a thread takes at once.
-constexpr int kSliceRange = 32;
-
-/// The same for slices with many groups: about as much work.
-int slice_range(int n_slices, int n_groups) {
-  constexpr int64_t kGroups = int64_t{8} * kSliceRange;
-  if (n_groups == 0) return kSliceRange;
-  return static_cast<int>(std::clamp<int64_t>(kGroups * n_slices / n_groups, 1, kSliceRange));
-}
-
-size_t whole_slices(int n) {
-  return static_cast<size_t>((n + kSliceWidth - 1) / kSliceWidth) * static_cast<size_t>(kSliceWidth);
-}
-
-template <class Real>
-const CellKernels<Real>& cell_kernels(Isa isa) {
-  if constexpr (std::is_same_v<Real, float>)
-    return kernels(isa).single_cell;
-  else
-    return kernels(isa).double_cell;
-}
 
 /// -K_jk of each vertex j, k other than j.
 template <class Real>
@@ -62,17 +41,17 @@ SlicedNumbers<Real> sliced_off_diagonals(const SparseMatrix& K, const Workers& w
   return rows;
 }
 
-template <class Real>
+/// @tparam Terms  of listed cells or of cubes
+template <class Real, template <class> class Terms>
 class CellPassesOf final : public CellPasses {
  public:
   CellPassesOf(const CellEnergy& energy, const Cells& cells, const Positions& rest, const Workers& workers, Isa isa)
       : n_vertices_(energy.n_vertices()),
-        n_cells_(cells.size()),
+        n_cells_(energy.n_cells(cells)),
         workers_(workers),
         kernels_(cell_kernels<Real>(isa)),
-        cells_(cells),
+        terms_(energy, cells, workers, isa),
         off_diagonals_(sliced_off_diagonals<Real>(energy.K, workers)),
-        cell_range_(slice_range(cells_.by_cell().layout().n_slices(), cells_.by_cell().layout().n_groups())),
         coordinates_(4 * whole_slices(n_vertices_)),
         rotations_(4 * whole_slices(n_cells_)),
         volume_stiffness_(static_cast<Real>(energy.volume_stiffness)) {
@@ -136,24 +115,28 @@ class CellPassesOf final : public CellPasses {
 
   double fit_rotations() override {
     alignments_.resize(n_ranges());
+    terms_.find_covariances(view());
     workers_.run(n_ranges(), [&](int range) {
-      alignments_[range] = kernels_.fit_rotations(cells_.by_cell().view(), cells_.homes(), view(), volumes(),
-                                                  rotations_.data(), range_begin(range), range_begin(range + 1));
+      alignments_[range] =
+          terms_.fit_rotations(view(), volumes(), rotations_.data(), range_begin(range), range_begin(range + 1));
     });
     return std::accumulate(alignments_.begin(), alignments_.end(), 0.0);
   }
 
   [[nodiscard]] double alignment() override {
+    terms_.find_covariances(view());
     return parallel_sum(
-        workers_, n_cell_slices(), [&](int begin, int end) { return find_alignment(begin, end); }, cell_range_);
+        workers_, terms_.n_cell_slices(), [&](int begin, int end) { return find_alignment(begin, end); },
+        terms_.cell_range());
   }
 
   [[nodiscard]] double alignment_after(const std::vector<int>& cells) override {
     std::vector<int> ranges;
     ranges.reserve(cells.size());
-    for (const int cell : cells) ranges.push_back(cell / kSliceWidth / cell_range_);
+    for (const int cell : cells) ranges.push_back(cell / kSliceWidth / terms_.cell_range());
     std::sort(ranges.begin(), ranges.end());
     ranges.erase(std::unique(ranges.begin(), ranges.end()), ranges.end());
+    terms_.find_covariances(view());
     workers_.run(static_cast<int>(ranges.size()), [&](int k) {
       alignments_[ranges[k]] = find_alignment(range_begin(ranges[k]), range_begin(ranges[k] + 1));
     });
@@ -162,9 +145,10 @@ class CellPassesOf final : public CellPasses {
 
   double find_residual(Positions& residual) const override {
     residual.resize(n_vertices_, 3);
-    return parallel_sum<kSliceRange>(workers_, cells_.by_vertex().layout().n_slices(), [&](int begin, int end) {
-      return kernels_.residual(cells_.by_vertex().view(), off_diagonals_.view(), view(), rotations_.data(),
-                               stresses_.data(), residual.data(), n_vertices_, begin, end);
+    terms_.find_turns(rotations_.data(), stresses_.data());
+    return parallel_sum<kSliceRange>(workers_, terms_.n_vertex_slices(), [&](int begin, int end) {
+      return terms_.residual(off_diagonals_.view(), view(), rotations_.data(), stresses_.data(), residual.data(),
+                             n_vertices_, begin, end);
     });
   }
 
@@ -212,26 +196,23 @@ class CellPassesOf final : public CellPasses {
     double_volumes_ = AlignedBuffer<Real>(whole_slices(n_cells_));
     stresses_ = AlignedBuffer<Real>(12 * whole_slices(n_cells_));
     std::fill_n(double_volumes_.data(), double_volumes_.size(), Real{0});
-    parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
-      for (int c = begin; c < end; ++c) {
-        double trace = 0;
-        cells_.for_each_vertex(
-            c, [&](int v, const Vector3& q) { trace += (rest.row(v) - rest.row(cells_.home(c))).dot(q); });
-        double_volumes_[c] = static_cast<Real>(trace / 3);
-      }
-    });
+    const std::vector<double> traces = terms_.traces(rest, workers_);
+    std::transform(traces.begin(), traces.end(), double_volumes_.data(),
+                   [](double trace) { return static_cast<Real>(trace); });
   }
 
   void drop_stresses() { std::fill_n(stresses_.data(), stresses_.size(), Real{0}); }
 
-  [[nodiscard]] int n_cell_slices() const { return cells_.by_cell().layout().n_slices(); }
-  [[nodiscard]] int n_ranges() const { return (n_cell_slices() + cell_range_ - 1) / cell_range_; }
+  [[nodiscard]] int n_ranges() const {
+    return (terms_.n_cell_slices() + terms_.cell_range() - 1) / terms_.cell_range();
+  }
   /// The first slice of a range of cells.
-  [[nodiscard]] int range_begin(int range) const { return std::min(range * cell_range_, n_cell_slices()); }
+  [[nodiscard]] int range_begin(int range) const {
+    return std::min(range * terms_.cell_range(), terms_.n_cell_slices());
+  }
 
   [[nodiscard]] double find_alignment(int begin, int end) {
-    return kernels_.alignment(cells_.by_cell().view(), cells_.homes(), view(), volumes(), rotations_.data(), begin,
-                              end);
+    return terms_.alignment(view(), volumes(), rotations_.data(), begin, end);
   }
 
   void store_rotation(size_t c, const Eigen::Quaterniond& rotation) {
@@ -242,9 +223,8 @@ class CellPassesOf final : public CellPasses {
   int n_cells_;
   Workers workers_;
   const CellKernels<Real>& kernels_;
-  const Cells& cells_;
-  SlicedNumbers<Real> off_diagonals_;  ///< row: vertex j, index: vertex k other than j, value: -K_jk
-  int cell_range_;
+  mutable Terms<Real> terms_;                    ///< with what an iteration has found
+  SlicedNumbers<Real> off_diagonals_;            ///< row: vertex j, index: vertex k other than j, value: -K_jk
   AlignedBuffer<Coordinate<Real>> coordinates_;  ///< (n, 4)
   double range_ = 1;                             ///< of fixed point
   AlignedBuffer<Real> rotations_;                ///< (n_cells, 4)
@@ -255,12 +235,19 @@ class CellPassesOf final : public CellPasses {
   double rest_energy_ = 0;
 };
 
+template <class Real>
+std::unique_ptr<CellPasses> make_passes(const CellEnergy& energy, const Cells& cells, const Positions& rest,
+                                        const Workers& workers, Isa isa) {
+  if (energy.cubes.empty()) return std::make_unique<CellPassesOf<Real, ListedTerms>>(energy, cells, rest, workers, isa);
+  return std::make_unique<CellPassesOf<Real, CubeTerms>>(energy, cells, rest, workers, isa);
+}
+
 }  // namespace
 
 std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Cells& cells, const Positions& rest,
                                              Precision precision, const Workers& workers, Isa isa) {
-  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, cells, rest, workers, isa);
-  return std::make_unique<CellPassesOf<double>>(energy, cells, rest, workers, isa);
+  if (precision == Precision::kSingle) return make_passes<float>(energy, cells, rest, workers, isa);
+  return make_passes<double>(energy, cells, rest, workers, isa);
 }
 
 namespace {

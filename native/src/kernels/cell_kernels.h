@@ -87,4 +87,41 @@ struct CellKernels {
                      double* residual, int n_vertices, int begin, int end);
 };
 
+/// Control points that a cube has: three along each axis. Control point (x, y, z) is number 9 x + 3 y + z.
+inline constexpr int kControlPoints = 27;
+
+/// Cells over cubes with control points, one a control point, see CubeCells.
+template <class Real>
+struct CubeView {
+  const int* control_points;  ///< (n_cubes, 27)
+  const Real* weights;        ///< (n_cubes,)
+  const int* offsets;         ///< of each control point's slots, and the end; filled up to whole slices
+  const int* slots;           ///< kCubeSlots * cube + number, of a control point
+};
+
+inline constexpr int kCubeSlots = 32;
+
+/// The passes of an iteration over CubeCells: from control points to cubes to cells, and back. Cubes have the columns
+/// of a 3 x 3 matrix each, filled up to four: (n_cubes, 3, 4), and so have control points. Ranges are of cubes where
+/// that is said, or of slices of control points.
+template <class Real>
+struct CubeKernels {
+  /// weight_e times the cube's size times its deformation gradient, of cubes [begin, end).
+  void (*gradients)(const CubeView<Real>& cubes, const PositionsView<Real>& positions, Real* gradients, int begin,
+                    int end);
+  /// As CellKernels::fit_rotations.
+  double (*fit_rotations)(const CubeView<Real>& cubes, const Real* gradients, const VolumeView<Real>& volumes,
+                          Real* rotations, int begin, int end);
+  /// As CellKernels::alignment.
+  double (*alignment)(const CubeView<Real>& cubes, const Real* gradients, const VolumeView<Real>& volumes,
+                      const Real* rotations, int begin, int end);
+  /// R_c + P_c of control points.
+  void (*turns)(const Real* rotations, const Real* stresses, Real* turns, int begin, int end);
+  /// weight_e times the mean of the turns, of cubes [begin, end).
+  void (*mean_turns)(const CubeView<Real>& cubes, const Real* turns, Real* means, int begin, int end);
+  /// As CellKernels::residual.
+  double (*residual)(const CubeView<Real>& cubes, const Real* means, const SlicedView<Real>& off_diagonals,
+                     const PositionsView<Real>& positions, double* residual, int n_vertices, int begin, int end);
+};
+
 }  // namespace arap

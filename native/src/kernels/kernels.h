@@ -18,6 +18,8 @@ struct Kernels {
   TileKernels half_tile;  ///< all null if the instruction set cannot convert halves
   CellKernels<float> single_cell;
   CellKernels<double> double_cell;
+  CubeKernels<float> single_cube;
+  CubeKernels<double> double_cube;
   LatticeKernels lattice;
   CageKernels cage;
   WrapKernels wrap;

@@ -7,6 +7,7 @@
 
 #include "arap/mesh.h"
 #include "constraints/linear_rows.h"
+#include "energy/cube_cells.h"
 #include "kernels/isa.h"
 #include "lattice/mesh_pieces.h"
 #include "lattice/spline.h"
@@ -21,7 +22,7 @@ namespace arap {
 /// control points.
 class Lattice {
  public:
-  using ControlPoints = std::array<int, kControlPoints>;
+  using ControlPoints = CubeCells::ControlPoints;
   using Weights = Eigen::Matrix<double, kControlPoints, 1>;
 
   /// @param mesh         with faces; a loose vertex is in no piece
@@ -38,6 +39,7 @@ class Lattice {
   [[nodiscard]] const Positions& rest() const { return rest_; }
   [[nodiscard]] const std::vector<int>& part_of_control_point() const { return parts_; }
   [[nodiscard]] const ControlPoints& control_points(int piece) const { return control_points_[piece]; }
+  [[nodiscard]] const std::vector<ControlPoints>& control_points() const { return control_points_; }
   [[nodiscard]] const MeshPieces& pieces() const { return pieces_; }
   /// Of each vertex, -1: it is loose.
   [[nodiscard]] const std::vector<int>& piece_of_vertex() const { return pieces_.piece_of_vertex(); }

@@ -26,14 +26,14 @@ double fit_from_rest(CellPasses& passes, const Positions& positions) {
 Engine::Engine(const PreparedModel& model) : model_(model), pose_(at_rest()) {}
 
 Pose Engine::at_rest() const {
-  return {model_.rest, Rotations(cells().size(), Eigen::Quaterniond::Identity()),
+  return {model_.rest, Rotations(n_cells(), Eigen::Quaterniond::Identity()),
           model_.regions.fit_placements(model_.rest)};
 }
 
 void Engine::move_to_rest() {
   steps_->forget_pose();
   pose_.positions = model_.rest;
-  pose_.rotations.assign(cells().size(), Eigen::Quaterniond::Identity());
+  pose_.rotations.assign(n_cells(), Eigen::Quaterniond::Identity());
   pose_.placements = model_.regions.fit_placements(pose_.positions);
 }
 

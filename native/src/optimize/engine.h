@@ -76,8 +76,8 @@ class Engine {
     [[nodiscard]] bool is_drag() const { return rotations.rows() == 0 && (step.array() != 0).any(); }
   };
 
-  [[nodiscard]] const Cells& cells() const {
-    return has_constraints() ? constraints_->cells(model_) : model_.energy.cells;
+  [[nodiscard]] int n_cells() const {
+    return model_.energy.n_cells(has_constraints() ? constraints_->cells(model_) : model_.energy.cells);
   }
   [[nodiscard]] CellPasses& passes(Precision precision) const {
     return has_constraints() ? constraints_->passes(model_, precision) : model_.passes(precision);

@@ -16,9 +16,9 @@ void turn_cells(const PreparedModel& model, const PreparedConstraints& constrain
                 Pose& pose) {
   const RigidRegions& regions = constraints.regions;
   const Cells& cells = constraints.cells(model);
-  parallel_for(model.workers, cells.size(), [&](int begin, int end) {
+  parallel_for(model.workers, model.energy.n_cells(cells), [&](int begin, int end) {
     for (int c = begin; c < end; ++c)
-      if (const int home = cells.home(c); home >= 0)
+      if (const int home = model.energy.home(cells, c); home >= 0)
         pose.rotations[c] = rotation_at(regions.unknown_of(home)) * pose.rotations[c];
   });
   for (int r = 0; r < regions.size(); ++r) {

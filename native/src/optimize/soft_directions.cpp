@@ -8,14 +8,12 @@
 
 #include "dense/small_matrices.h"
 #include "geometry/rotation_vectors.h"
+#include "optimize/row_grain.h"
 #include "parallel/parallel.h"
 
 namespace arap {
 
 namespace {
-
-/// Rows that a thread takes at once.
-constexpr int kRows = 2048;
 
 /// The rows of a range of vertices in a column.
 auto range_of(Eigen::MatrixXf& columns, int begin, int end) {
@@ -28,8 +26,6 @@ auto range_of(const Eigen::MatrixXf& columns, int begin, int end) {
 auto flat(const Positions& x, int begin, int end) {
   return Eigen::Map<const Eigen::VectorXd>(x.data() + std::ptrdiff_t{3} * begin, std::ptrdiff_t{3} * (end - begin));
 }
-
-int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
 
 /// By what cells are turned to see what becomes of it: far above rounding, and so little that it is linear.
 double test_angle(bool is_in_double) { return is_in_double ? 1e-4 : 1e-3; }
@@ -79,7 +75,7 @@ void SoftDirections::try_turn(int turn, const Pose& pose, const Positions& force
   const Positions work =
       steps_.with_free_residual([&](const Positions& residual) { return Positions(free_force - residual); });
   const int n = n_++;
-  parallel_for<kRows>(steps_.workers(), row_count(step), [&](int begin, int end) {
+  parallel_for<kRows>(steps_.workers(), static_cast<int>(step.rows()), [&](int begin, int end) {
     range_of(columns_, begin, end).col(n) = (flat(step, begin, end) / angle).cast<float>();
   });
   stiffness_.col(n).head(n_) = products(n_, work) / angle;
@@ -111,7 +107,7 @@ void SoftDirections::choose() {
     chosen.col(n_soft++) = (basis * ritz.vectors.col(k)).cast<float>();
   }
   compliance_.conservativeResize(n_soft);
-  parallel_for<kRows>(steps_.workers(), row_count(steps_.rest()), [&](int begin, int end) {
+  parallel_for<kRows>(steps_.workers(), static_cast<int>(steps_.rest().rows()), [&](int begin, int end) {
     auto rows = range_of(columns_, begin, end);
     rows.leftCols(n_soft) = (rows.leftCols(n_) * chosen.leftCols(n_soft)).eval();
   });
@@ -138,7 +134,7 @@ double SoftDirections::turned_from(const Rotations& rotations) const {
 
 Eigen::VectorXd SoftDirections::products(int n_columns, const Positions& residual) const {
   return parallel_reduce<kRows>(
-      steps_.workers(), row_count(residual), Eigen::VectorXd(Eigen::VectorXd::Zero(n_columns)),
+      steps_.workers(), static_cast<int>(residual.rows()), Eigen::VectorXd(Eigen::VectorXd::Zero(n_columns)),
       [&](int begin, int end) -> Eigen::VectorXd {
         const Eigen::VectorXf part = flat(residual, begin, end).cast<float>();
         return (range_of(columns_, begin, end).leftCols(n_columns).transpose() * part).cast<double>();
@@ -154,7 +150,7 @@ void SoftDirections::read_residual() {
 
 void SoftDirections::add_to(Positions& correction, double factor) const {
   const Eigen::VectorXf lengths = (factor * lengths_).cast<float>();
-  parallel_for<kRows>(steps_.workers(), row_count(correction), [&](int begin, int end) {
+  parallel_for<kRows>(steps_.workers(), static_cast<int>(correction.rows()), [&](int begin, int end) {
     const Eigen::VectorXf part = range_of(columns_, begin, end).leftCols(n_) * lengths;
     Eigen::Map<Eigen::VectorXd>(correction.data() + std::ptrdiff_t{3} * begin, part.size()) += part.cast<double>();
   });

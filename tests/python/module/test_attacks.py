@@ -77,7 +77,7 @@ except MemoryError as error:
 # Specks share no control points.
 LATTICE_WITHOUT_MEMORY = """
 import resource, numpy as np, arap_native, sample_meshes
-specks = [sample_meshes.ball(place, 0.01, 4, 5) for place in np.random.default_rng(0).uniform(0.0, 1.0, (2_000, 3))]
+specks = [sample_meshes.ball(place, 0.01, 4, 5) for place in np.random.default_rng(0).uniform(0.0, 1.0, (4_000, 3))]
 mesh = sample_meshes.joined(*specks)
 limit = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 100_000_000
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))

@@ -52,8 +52,8 @@ constexpr double kSinglePrecisionContrast = 1e4;
 /// A little more than what the energy of a lattice and its solver take beside the factor. Measured on a solid block and
 /// on thousands of specks.
 double bytes_to_bind(const Lattice& lattice) {
-  constexpr double kPerControlPoint = 2300;
-  constexpr double kPerPiece = 11000;
+  constexpr double kPerControlPoint = 900;
+  constexpr double kPerPiece = 1500;
   return kPerControlPoint * lattice.n_control_points() + kPerPiece * lattice.n_pieces();
 }
 

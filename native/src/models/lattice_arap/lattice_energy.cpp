@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <utility>
 
 #include "base/grouped.h"
@@ -28,7 +27,6 @@ constexpr double kWeights[2][3] = {{0.25, 0.75, 0}, {0, 0.75, 0.25}};
 constexpr double kSlopes[2][3] = {{-1, 1, 0}, {0, -1, 1}};
 /// Variance of the weights of two neighbours within a half: they grow and fall by the place.
 constexpr double kVariance = 1.0 / 48;
-constexpr double kSmooth[3] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
 
 std::array<int, 3> along(int k) { return {k / 9, k / 3 % 3, k % 3}; }
 
@@ -59,21 +57,6 @@ Matrix27 mean_stiffness(double variance) {
 
 Matrix27 unit_stiffness() { return (1 - kWhole) * mean_stiffness(0) + kWhole * mean_stiffness(kVariance); }
 
-/// Mean of grad M_j of a cube of size 1.
-Eigen::Matrix<double, kControlPoints, 3> unit_gradients() {
-  Eigen::Matrix<double, kControlPoints, 3> result;
-  for (int j = 0; j < kControlPoints; ++j)
-    for (int sloped = 0; sloped < 3; ++sloped) {
-      double product = 1;
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto& values = axis == sloped ? kSlopes : kWeights;
-        product *= (values[0][along(j)[axis]] + values[1][along(j)[axis]]) / 2;
-      }
-      result(j, sloped) = product;
-    }
-  return result;
-}
-
 /// Which pieces have a control point, and as which of their own.
 class Incidence {
  public:
@@ -96,14 +79,7 @@ class Incidence {
 class LatticeAssembler {
  public:
   LatticeAssembler(const Lattice& lattice, const std::vector<double>& stiffness)
-      : lattice_(lattice),
-        piece_stiffness_(stiffness),
-        incidence_(lattice),
-        stiffness_(unit_stiffness()),
-        gradients_(unit_gradients()) {
-    for (int k = 0; k < kControlPoints; ++k)
-      smooth_[k] = kSmooth[along(k)[0]] * kSmooth[along(k)[1]] * kSmooth[along(k)[2]];
-  }
+      : lattice_(lattice), piece_stiffness_(stiffness), incidence_(lattice), stiffness_(unit_stiffness()) {}
 
   /// Its volume times its stiffness.
   [[nodiscard]] double weight(int piece) const {
@@ -124,18 +100,12 @@ class LatticeAssembler {
     return assemble_matrix(lattice_.n_control_points(), threads, fill, meter);
   }
 
-  [[nodiscard]] Cells::Rows cells(int threads, const MeterPart& meter) const {
-    const int n = lattice_.n_control_points();
-    return {n, n, threads,
-            [&] {
-              return [&](int j, RowAccumulator<Vector3>& row) {
-                incidence_.for_each(j, [&](int piece, int k) {
-                  const Vector3 g = 2 * weight(piece) / lattice_.cube_size() * gradients_.row(k).transpose();
-                  for (int c = 0; c < kControlPoints; ++c) row[lattice_.control_points(piece)[c]] += smooth_[c] * g;
-                });
-              };
-            },
-            meter};
+  [[nodiscard]] CubeCells cells() const {
+    std::vector<double> weights;
+    weights.reserve(lattice_.n_pieces());
+    for (int piece = 0; piece < lattice_.n_pieces(); ++piece)
+      weights.push_back(2 * weight(piece) / lattice_.cube_size());
+    return {lattice_.n_control_points(), lattice_.control_points(), std::move(weights)};
   }
 
  private:
@@ -143,8 +113,6 @@ class LatticeAssembler {
   const std::vector<double>& piece_stiffness_;
   Incidence incidence_;
   Matrix27 stiffness_;
-  Eigen::Matrix<double, kControlPoints, 3> gradients_;
-  std::array<double, kControlPoints> smooth_{};
 };
 
 }  // namespace
@@ -155,11 +123,8 @@ void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, const s
   const LatticeAssembler assembler(lattice, stiffness);
   energy.rest_energy = 0;
   for (int piece = 0; piece < lattice.n_pieces(); ++piece) energy.rest_energy += 3 * assembler.weight(piece);
-  energy.K = assembler.system(threads, meter.part(0.3));
-  Cells::Rows cells = assembler.cells(threads, meter.part(0.5));
-  std::vector<int> homes(lattice.n_control_points());
-  std::iota(homes.begin(), homes.end(), 0);
-  take_cells(energy, std::move(cells), homes, find_order(), threads, meter.part(0.2));
+  energy.K = assembler.system(threads, meter);
+  take_cubes(energy, assembler.cells(), find_order(), threads);
 }
 
 }  // namespace arap

@@ -4,10 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "constraints/prepared_model.h"
+#include "energy/cell_passes.h"
+#include "kernels/isa.h"
 #include "optimize/engine.h"
+#include "support/helpers.h"
 #include "support/meshes.h"
 
 namespace arap_test {
@@ -93,6 +98,98 @@ TEST(LatticeEnergy, HasTheGradientOfCentralDifferences) {
         EXPECT_NEAR(gradient.cwiseProduct(direction).sum(), difference, 1e-7 * gradient.norm() * direction.norm());
       }
     }
+}
+
+/// The same energy with all q_cj in lists, as the formulas have them.
+arap::CellEnergy listed(const Model& model, const std::vector<double>& weights) {
+  constexpr double kSmooth[] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
+  constexpr double kMean[] = {.125, .75, .125};
+  constexpr double kSlope[] = {-.5, 0, .5};
+  const int n = model.lattice.n_control_points();
+  std::vector<std::vector<CellEntry>> cells(n);
+  for (int c = 0; c < n; ++c) cells[c].push_back({c, Vector3::Zero()});
+  const auto at = [](int k) { return std::array<int, 3>{k / 9, k / 3 % 3, k % 3}; };
+  for (int piece = 0; piece < model.lattice.n_pieces(); ++piece)
+    for (int k = 0; k < arap::kControlPoints; ++k)
+      for (int j = 0; j < arap::kControlPoints; ++j) {
+        const auto [cx, cy, cz] = at(k);
+        const auto [x, y, z] = at(j);
+        const Vector3 gradient(kSlope[x] * kMean[y] * kMean[z], kMean[x] * kSlope[y] * kMean[z],
+                               kMean[x] * kMean[y] * kSlope[z]);
+        cells[model.lattice.control_points(piece)[k]].push_back(
+            {model.lattice.control_points(piece)[j],
+             kSmooth[cx] * kSmooth[cy] * kSmooth[cz] * weights[piece] * gradient});
+      }
+  const arap::CellEnergy& energy = model.prepared.energy;
+  arap::CellEnergy result;
+  result.K = energy.K;
+  result.cells = make_cells(n, cells);
+  result.rest_energy = energy.rest_energy;
+  result.volume_stiffness = energy.volume_stiffness;
+  return result;
+}
+
+/// In both precisions, on every instruction set of the machine, by one thread and by three.
+TEST(LatticeEnergy, OfCubesIsThatOfTheListOfAllRestVectors) {
+  Random random(12);
+  for (const double volume_stiffness : {0.0, 2.0}) {
+    const Model model(bumpy_sphere(2), .15, volume_stiffness);
+    const arap::CellEnergy& energy = model.prepared.energy;
+    // What an iteration reads: the control points of each piece, and nothing of each cell.
+    EXPECT_EQ(energy.cells.size(), 0);
+    EXPECT_EQ(static_cast<int>(energy.cubes.slots().size()), arap::kControlPoints * model.lattice.n_pieces());
+    const arap::CellEnergy reference = listed(model, energy.cubes.weights());
+    const Positions& rest = model.lattice.rest();
+    const Positions pose = random.rigid_motion(1, 1).apply(rest) +
+                           random.noise(static_cast<int>(rest.rows()), .3 * model.lattice.cube_size());
+    for (const auto precision : {arap::Precision::kSingle, arap::Precision::kDouble})
+      for (const arap::Isa isa : arap::available_isas())
+        for (const int threads : {1, 3}) {
+          const double epsilon = precision == arap::Precision::kSingle ? 2e-6 : 1e-10;
+          const auto tested = make_cell_passes(energy, energy.cells, rest, precision, arap::Workers(threads), isa);
+          const auto expected =
+              make_cell_passes(reference, reference.cells, rest, arap::Precision::kDouble, arap::Workers(1));
+          EXPECT_NEAR(tested->rest_energy(), energy.rest_energy, epsilon * energy.rest_energy);
+          tested->set_positions(pose);
+          expected->set_positions(pose);
+          const double alignment = expected->fit_rotations();
+          EXPECT_NEAR(tested->fit_rotations(), alignment, epsilon * std::abs(alignment));
+          EXPECT_NEAR(tested->alignment(), alignment, epsilon * std::abs(alignment));
+          EXPECT_NEAR(tested->alignment_after({0}), alignment, epsilon * std::abs(alignment));
+          Positions residual;
+          Positions of_list;
+          const double of_positions = expected->find_residual(of_list);
+          EXPECT_NEAR(tested->find_residual(residual), of_positions, epsilon * of_positions);
+          EXPECT_LT((residual - of_list).rowwise().norm().maxCoeff(),
+                    10 * epsilon * of_list.rowwise().norm().maxCoeff());
+        }
+  }
+}
+
+/// The places where a solver wants control points are those of their cells, too.
+TEST(LatticeEnergy, IsTheSameInEveryOrder) {
+  Random random(13);
+  const Lattice lattice(cylinder(12, 6).mesh(), .3);
+  const int n = lattice.n_control_points();
+  std::vector<int> order(n);  // of the new ones
+  for (int c = 0; c < n; ++c) order[c] = n - 1 - c;
+  const Positions pose = lattice.rest() + random.noise(n, .1);
+  std::vector<double> found;
+  for (const bool is_turned : {false, true}) {
+    arap::PreparedModel prepared;
+    prepared.energy.volume_stiffness = 1;
+    arap::assemble_lattice_energy(prepared.energy, lattice, {}, 1, {}, [&] { return is_turned ? &order : nullptr; });
+    const auto numbered = [&](const Positions& points) {
+      return is_turned ? Positions(points.colwise().reverse()) : points;
+    };
+    const auto passes = make_cell_passes(prepared.energy, prepared.energy.cells, numbered(lattice.rest()),
+                                         arap::Precision::kDouble, arap::Workers(1));
+    passes->set_positions(numbered(pose));
+    found.push_back(passes->fit_rotations());
+    Positions residual;
+    found.back() -= passes->find_residual(residual);
+  }
+  EXPECT_NEAR(found[0], found[1], 1e-12 * std::abs(found[0]));
 }
 
 }  // namespace
