@@ -94,6 +94,9 @@ class LocalGlobal {
   /// After the first fit of a frame, which began with this share of the forces ahead.
   void show_forces_to(DragPredictor& prediction, double share);
 
+  /// Whether fit() leaves the positions of unknowns: patches that are partly in regions move them with the regions'
+  /// turns, which no direction says.
+  [[nodiscard]] bool fit_keeps_unknowns() const { return constraints_.mixed_patches.empty(); }
   /// b - K p and the forces of soft constraints, where fit() has left it.
   [[nodiscard]] const Positions& residual() const { return residual_; }
   /// As fit() has left them.

@@ -259,7 +259,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   } else {
     time.begin_iteration();
   }
-  const bool finds_soft = options.acceleration == Acceleration::kConjugateGradients;
+  const bool finds_soft = options.acceleration == Acceleration::kConjugateGradients && steps.fit_keeps_unknowns();
   const auto may_go_on = [&] { return time.allows_another() && !is_cancelled(); };
   if (finds_soft) search.use_known_soft();
   // Once a number is not finite, no step makes it so again.
