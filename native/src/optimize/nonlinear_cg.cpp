@@ -18,10 +18,6 @@ namespace {
 /// end it: what is soft multiplies them.
 constexpr double kNearestInSingle = 1e-4;
 
-/// Where cells have turned by so much, soft directions are others: as steps, and as a measure.
-constexpr double kTurnedForSteps = 0.1;
-constexpr double kTurnedForMeasure = 0.3;
-
 template <class Rows>
 auto flat(Rows& x, int begin, int end) {
   // As one array: the compilers see through that, not through blocks of a matrix.
@@ -50,11 +46,10 @@ int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
 
 }  // namespace
 
-template <class Rows>
-double NonlinearCg::slope_along(const Rows& rows) const {
+double NonlinearCg::slope_along_direction() const {
   return steps_.with_free_residual([&](const Positions& residual) {
     return parallel_sum<kRows>(steps_.workers(), row_count(residual), [&](int begin, int end) {
-      return (flat(rows, begin, end).template cast<double>() * flat(residual, begin, end)).sum();
+      return (flat(direction_, begin, end).cast<double>() * flat(residual, begin, end)).sum();
     });
   });
 }
@@ -138,10 +133,6 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another fit
   if (acceleration == Acceleration::kNone) is_fresh_ = true;
   steps_.find_correction(pose, correction_);
-  if (uses_soft_) {
-    soft_.read_residual();
-    soft_.add_to(correction_, 1);
-  }
   const double beta = choose_beta();
   steps_.begin_step(pose);
   start_.swap(pose.positions);
@@ -152,7 +143,7 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   double reached = try_direction(pose, length, beta);
   const auto is_worse = [&] { return !(reached <= energy + rounding); };  // or no number
   if (!is_fresh_ || is_worse()) {
-    double better = length * slope_ / (slope_ - slope_along(direction_));
+    double better = length * slope_ / (slope_ - slope_along_direction());
     if (!(better > 0) || better > kLongest * length) better = kLongest * length;
     if (std::abs(better - length) > kSecondLook * length || is_worse()) {
       length = better;
@@ -162,7 +153,7 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   is_fresh_ = is_worse();
   if (is_worse()) {
     length = 1;
-    slope_ = uses_soft_ ? drop_soft() : z_r_;
+    slope_ = z_r_;
     reached = try_direction(pose, length, 0);
   }
   // The plain step raises nothing but where volumes are kept, the factor is far from the matrix, or numbers end.
@@ -180,46 +171,18 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   // What the slope promised, not what was measured: that drowns in rounding first.
   distance_.add(step_, length * slope_);
   length_ = std::clamp(length, kShortest, kLongest);
-  ++n_iterations_;
   return reached;
 }
 
-double NonlinearCg::drop_soft() {
-  soft_.add_to(correction_, -1);
-  return z_r_ = slope_along(correction_);
-}
-
 bool NonlinearCg::is_soft_within(double accuracy, const Pose& pose, const SoftDirections::MayGoOn& may_go_on) {
+  constexpr double kTurned = 0.3;  // they are others there
+  constexpr double kTurnedALittle = 0.1;
+  constexpr double kSafety = 5;  // of a soft direction a few global steps find a part
   if (longest_correction() <= steps_.movement_rounding()) return true;  // as at rest
-  if (soft_.turned() > kTurnedForMeasure && !soft_.find(pose, may_go_on)) return false;
-  if (is_known_soft_within(accuracy)) return true;
-  const bool are_old = soft_.turned() > kTurnedForSteps;
-  if (are_old) {
-    if (!soft_.find(pose, may_go_on)) return false;
-    if (is_known_soft_within(accuracy)) return true;
-  }
-  if (are_old || !uses_soft_) use_soft();
-  return false;
-}
-
-bool NonlinearCg::is_known_soft_within(double accuracy) {
-  // Of a soft direction a few global steps find a part.
-  constexpr double kSafety = 5;
-  soft_.read_residual();
-  return kSafety * soft_.longest() <= accuracy;
-}
-
-void NonlinearCg::use_known_soft() {
-  if (is_fresh_) uses_soft_ = soft_.turned() <= kTurnedForSteps;
-}
-
-void NonlinearCg::keep_soft(const Pose& pose, const SoftDirections::MayGoOn& may_go_on) {
-  constexpr int kLong = 60;
-  constexpr int kOften = 20;
-  if (n_iterations_ % kOften != 0 || (!uses_soft_ && n_iterations_ < kLong)) return;
-  const bool are_old = soft_.turned() > kTurnedForSteps;
-  if ((are_old && !soft_.find(pose, may_go_on)) || (!are_old && uses_soft_)) return;
-  use_soft();
+  const auto is_within = [&] { return kSafety * soft_.distance() <= accuracy; };
+  const double turned = soft_.turned();
+  if (turned <= kTurned && is_within()) return true;
+  return turned > kTurnedALittle && soft_.find(pose, may_go_on) && is_within();
 }
 
 bool ends_in_double(double accuracy) {
@@ -261,7 +224,6 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   }
   const bool finds_soft = options.acceleration == Acceleration::kConjugateGradients && steps.fit_keeps_unknowns();
   const auto may_go_on = [&] { return time.allows_another() && !is_cancelled(); };
-  if (finds_soft) search.use_known_soft();
   // Once a number is not finite, no step makes it so again.
   while (std::isfinite(report.energy_after) && report.iterations < options.max_iterations) {
     if (report.iterations > 0 && !time.allows_another()) {
@@ -271,7 +233,6 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     if (is_cancelled()) return report;
     report.energy_after = search.iterate(pose, report.energy_after, options.acceleration);
     count_iteration(search.step());
-    if (finds_soft) search.keep_soft(pose, may_go_on);
     // One still step may only be short; after two, numbers are at their end, as if handles are a million times the
     // mesh's size away.
     n_still = search.step() <= steps.movement_rounding() ? n_still + 1 : 0;

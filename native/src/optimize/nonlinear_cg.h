@@ -18,8 +18,7 @@ namespace arap {
 /// residual is the global step. With beta = 0 and length 1 an iteration is plain local/global: it is the first step,
 /// and the fallback if a longer one raises the energy. It never raises it but where a term keeps volumes, which K does
 /// not bound; then the length is halved until it falls. beta by Polak and Ribiere, not below 0; the length by the
-/// secant of the slope at 0 and at the last length. Where soft directions are known, their part of the way is added to
-/// the global step: that is another preconditioner, with which they are as fast as the others.
+/// secant of the slope at 0 and at the last length.
 class NonlinearCg {
  public:
   explicit NonlinearCg(LocalGlobal& steps) : steps_(steps), soft_(steps) {}
@@ -27,9 +26,8 @@ class NonlinearCg {
   /// Discards the search directions: the next step is a plain global step. Call it after the targets or the pose were
   /// changed from outside; otherwise a new solve continues the previous search.
   void restart() {
-    begin_directions();
-    uses_soft_ = false;
-    n_iterations_ = 0;
+    is_fresh_ = true;
+    distance_.forget();
   }
   /// The same, as if nothing had been solved before.
   void forget() {
@@ -41,17 +39,13 @@ class NonlinearCg {
   /// rounding.
   [[nodiscard]] double iterate(Pose& pose, double energy, Acceleration acceleration);
 
-  /// Whether the pose, as fitted, is within the accuracy of the minimizer along soft directions, too. If not, they are
-  /// used from now on. Where they are unknown they are found, as long as may_go_on().
+  /// Whether the pose, as fitted, is within the accuracy of the minimizer along soft directions, too. Where they are
+  /// unknown they are found, as long as may_go_on().
   [[nodiscard]] bool is_soft_within(double accuracy, const Pose& pose, const SoftDirections::MayGoOn& may_go_on);
-  /// Before the first iteration of a solve, at a fitted pose: soft directions that still serve are used.
-  void use_known_soft();
-  /// After an iteration: soft directions are found if the solve is long, and again where the pose has turned.
-  void keep_soft(const Pose& pose, const SoftDirections::MayGoOn& may_go_on);
 
   /// The last iteration's largest movement of a vertex.
   [[nodiscard]] double step() const { return step_; }
-  /// That of the global step where it began, with the part of soft directions.
+  /// That of the global step where it began.
   [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.workers()); }
   /// Estimated distance of the pose from the minimizer, from the last steps.
   [[nodiscard]] double distance() const { return distance_.value(); }
@@ -61,26 +55,12 @@ class NonlinearCg {
 
   using Sums = std::array<double, 3>;
 
-  /// The next direction is the global step alone; no step tells the distance yet.
-  void begin_directions() {
-    is_fresh_ = true;
-    distance_.forget();
-  }
-  void use_soft() {
-    uses_soft_ = true;
-    begin_directions();
-  }
-
   /// <z, r>, <z, last r> and <last direction, r>; the latter two 0 after a restart. Keeps r as the last one.
   [[nodiscard]] Sums sum_products(const Positions& residual);
-  [[nodiscard]] bool is_known_soft_within(double accuracy);
   /// beta of the next direction, 0 for the plain global step; sets the slope along it.
   [[nodiscard]] double choose_beta();
-  /// Slope of minus the energy along rows, from the residual at hand.
-  template <class Rows>
-  [[nodiscard]] double slope_along(const Rows& rows) const;
-  /// Makes the correction the plain global step; returns the slope along it.
-  double drop_soft();
+  /// Slope of minus the energy along the direction, from the residual at hand.
+  [[nodiscard]] double slope_along_direction() const;
   /// direction = correction + beta direction, and try_length along it.
   [[nodiscard]] double try_direction(Pose& pose, double length, double beta);
   /// Moves from the start by `length` along the direction and fits the rotations there; returns the energy.
@@ -91,8 +71,6 @@ class NonlinearCg {
 
   LocalGlobal& steps_;
   SoftDirections soft_;
-  bool uses_soft_ = false;
-  int n_iterations_ = 0;  ///< since the restart
   bool is_fresh_ = true;
   double length_ = 1;
   double slope_ = 0;  ///< of minus the energy at the start of the last step, along it

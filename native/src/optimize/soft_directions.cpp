@@ -112,7 +112,6 @@ void SoftDirections::choose() {
     rows.leftCols(n_soft) = (rows.leftCols(n_) * chosen.leftCols(n_soft)).eval();
   });
   n_ = static_cast<int>(n_soft);
-  lengths_ = Eigen::VectorXd::Zero(n_);
 }
 
 double SoftDirections::turned() const {
@@ -142,24 +141,18 @@ Eigen::VectorXd SoftDirections::products(int n_columns, const Positions& residua
       [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) -> Eigen::VectorXd { return a + b; });
 }
 
-void SoftDirections::read_residual() {
+double SoftDirections::distance() const {
   const Eigen::VectorXd forces =
       steps_.with_free_residual([&](const Positions& residual) { return products(n_, residual); });
-  lengths_ = compliance_.cwiseProduct(forces);
-}
-
-void SoftDirections::add_to(Positions& correction, double factor) const {
-  const Eigen::VectorXf lengths = (factor * lengths_).cast<float>();
-  parallel_for<kRows>(steps_.workers(), static_cast<int>(correction.rows()), [&](int begin, int end) {
-    const Eigen::VectorXf part = range_of(columns_, begin, end).leftCols(n_) * lengths;
-    Eigen::Map<Eigen::VectorXd>(correction.data() + std::ptrdiff_t{3} * begin, part.size()) += part.cast<double>();
-  });
-}
-
-double SoftDirections::longest() const {
-  Positions movement = Positions::Zero(steps_.rest().rows(), 3);
-  add_to(movement, 1);
-  return longest_row(movement, steps_.workers());
+  const Eigen::VectorXf lengths = compliance_.cwiseProduct(forces).cast<float>();
+  const float squared = parallel_reduce<kRows>(
+      steps_.workers(), static_cast<int>(steps_.rest().rows()), 0.0F,
+      [&](int begin, int end) {
+        const Eigen::VectorXf part = range_of(columns_, begin, end).leftCols(n_) * lengths;
+        return part.reshaped(3, end - begin).colwise().squaredNorm().maxCoeff();
+      },
+      [](float a, float b) { return std::max(a, b); });
+  return std::sqrt(static_cast<double>(squared));
 }
 
 }  // namespace arap

@@ -30,12 +30,8 @@ class SoftDirections {
   /// By which angle cells have turned since they were found, root mean square; infinity before.
   [[nodiscard]] double turned() const;
 
-  /// Reads the residual at hand: how far the minimum is along them.
-  void read_residual();
-  /// correction += factor times what was read.
-  void add_to(Positions& correction, double factor) const;
-  /// The largest movement of a vertex in it.
-  [[nodiscard]] double longest() const;
+  /// Along them, by the residual at hand: the largest movement of a vertex to the minimum.
+  [[nodiscard]] double distance() const;
 
  private:
   /// Of a turn: the axis, and the rest coordinate it grows with.
@@ -57,7 +53,6 @@ class SoftDirections {
   Eigen::MatrixXd stiffness_;   ///< of H between columns, before they are chosen
   Eigen::MatrixXd norm_;        ///< of A
   Eigen::VectorXd compliance_;  ///< 1 / t
-  Eigen::VectorXd lengths_;     ///< along each, to the minimum
   Rotations rotations_;         ///< of the cells, where they were found
 };
 
