@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "arap/mesh.h"
 
@@ -28,6 +29,9 @@ constexpr double kOfDoubles = 9e-16;
 /// As part of the diagonal: what is rounded to more than that has no seams to join, only edges to lose.
 constexpr double kMostOfSingles = 1e-2;
 
+/// The same as part of a short edge: a survey in half metres has single precision's last digit in each of its edges.
+constexpr double kOfShortEdge = 0.25;
+
 /// The largest coordinate of vertices in faces that single precision may have rounded, as it has all of a single's
 /// digits: whole metres have fewer, and are exact. 0 if any coordinate has more, as doubles have.
 double largest_single(const PolygonMesh& mesh) {
@@ -43,6 +47,25 @@ double largest_single(const PolygonMesh& mesh) {
   return largest;
 }
 
+/// A quarter of the edges of faces are shorter along all axes, not counting those that are no longer than `none`, as
+/// in faces whose corners coincide. Infinite if there is no edge.
+double short_edge(const PolygonMesh& mesh, double none) {
+  std::vector<double> lengths;
+  lengths.reserve(mesh.n_corners());
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    int from = mesh.face(f).back();
+    for (const int to : mesh.face(f)) {
+      const double length = (mesh.positions().row(from) - mesh.positions().row(to)).cwiseAbs().maxCoeff();
+      if (length > none) lengths.push_back(length);
+      from = to;
+    }
+  }
+  if (lengths.empty()) return std::numeric_limits<double>::infinity();
+  const auto quarter = lengths.begin() + std::ssize(lengths) / 4;
+  std::nth_element(lengths.begin(), quarter, lengths.end());
+  return *quarter;
+}
+
 }  // namespace
 
 std::vector<int> PolygonMesh::same_places(int threads, const Progress& progress) const {
@@ -51,8 +74,10 @@ std::vector<int> PolygonMesh::same_places(int threads, const Progress& progress)
   const Eigen::AlignedBox3d box = surface_box(*this);
   const double diagonal = box.diagonal().norm();
   const double largest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  double distance = std::max(kOfDiagonal * diagonal, kOfDoubles * largest);
   const double of_singles = std::min(kOfSingles * largest_single(*this), kMostOfSingles * diagonal);
-  const double distance = std::max({kOfDiagonal * diagonal, kOfDoubles * largest, of_singles});
+  if (of_singles > distance)
+    distance = std::max(distance, std::min(of_singles, kOfShortEdge * short_edge(*this, distance)));
   std::vector<int> places = coincident_with(positions_, distance, threads, {&meter, 1});
   meter.reach(1);
   return places;

@@ -77,6 +77,34 @@ TEST(SamePlaces, OfWholeMetresAreAsFineFarFromTheOrigin) {
   EXPECT_EQ(n_places(moved(blocks, {500000, 5400000, 0})), blocks.n_vertices());
 }
 
+/// Terrain in metres of a map's zone, `cells` along each side, in single precision.
+MeshData terrain(int cells, double spacing) {
+  Random random(4);
+  MeshData mesh = grid(cells, Faces::kQuads, [&](double, double) { return random.uniform(0, 1); });
+  for (Vector3& place : mesh.vertices) {
+    place = Vector3(cells * spacing * place[0] + 500000, cells * spacing * place[1] + 5400000, 300 + place[2]);
+    place = place.cast<float>().cast<double>();
+  }
+  return mesh;
+}
+
+/// There single precision has half metres, and no more.
+TEST(SamePlaces, OfTerrainAreNotTheEndsOfItsEdges) {
+  const MeshData halves = terrain(150, .5);
+  EXPECT_EQ(n_places(halves), halves.n_vertices());
+  const MeshData apart = torn(terrain(40, 20), Vector3::Zero());
+  EXPECT_EQ(n_places(apart), 41 * 41);
+}
+
+/// As the quads at the poles of a globe are in some files: their edges there are rounding alone.
+TEST(SamePlaces, AreTheCornersOfAFaceThatCoincide) {
+  MeshData globe = icosphere(3);
+  for (std::vector<int>& face : globe.faces)
+    if (face[0] < 60) face.push_back(face[0]);
+  const MeshData mesh = torn(globe, 1000 * Vector3(1, -.4, .3));
+  EXPECT_EQ(n_places(mesh), globe.n_vertices());
+}
+
 /// However coarse single precision is there, a mesh does not vanish.
 TEST(SamePlaces, AreNotTheWholeMesh) {
   MeshData mesh = moved(cube(), {5e6, 5e6, 5e6});
