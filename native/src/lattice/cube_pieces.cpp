@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <iterator>
 #include <span>
 #include <tuple>
 #include <utility>
 
 #include "base/union_find.h"
+#include "lattice/line_triangle.h"
 #include "lattice/triangle_cubes.h"
 
 namespace arap {
@@ -39,18 +41,25 @@ struct Things {
   }
 };
 
-/// The surface as things.
+/// The surface as things, but for triangles that are lines: see tie_lines.
 class CutSurface {
  public:
   CutSurface(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid, Things& things,
              const MeterPart& meter)
-      : points_(points), triangles_(triangles), grid_(grid), things_(things), offsets_(triangles.size() + 1, 0) {
+      : points_(points),
+        triangles_(triangles),
+        grid_(grid),
+        things_(things),
+        shells_(static_cast<int>(points.rows())),
+        offsets_(triangles.size() + 1, 0) {
     for (Eigen::Index v = 0; v < points.rows(); ++v) things.add(grid.index(grid.cube_at(points.row(v))));
     const auto n = static_cast<int>(triangles.size());
     for (int t = 0; t < n; ++t) {
+      const bool is_surface = !is_line(triangles[t]);
+      for (int k = 1; is_surface && k < 3; ++k) shells_.join(triangles[t][0], triangles[t][k]);
       if (is_in_one_cube(triangles[t])) {
         for (int k = 1; k < 3; ++k) things.connect(triangles[t][0], triangles[t][k]);
-      } else {
+      } else if (is_surface) {
         cut(triangles[t]);
       }
       offsets_[t + 1] = static_cast<int>(cut_.size());
@@ -58,6 +67,31 @@ class CutSurface {
     }
     join_edges();
   }
+
+  /// Whether triangles hang together without lines.
+  [[nodiscard]] bool are_of_one_shell(int a, int b) {
+    return shells_.find(triangles_[a][0]) == shells_.find(triangles_[b][0]);
+  }
+  /// What the shells are that are turned outwards (way = 1) or inwards (-1).
+  [[nodiscard]] std::vector<int> things_turned(int way) {
+    std::vector<double> volumes(points_.rows(), 0);
+    for (const auto& [a, b, c] : triangles_) {
+      const int shell = shells_.find(a);
+      const Eigen::RowVector3d origin = points_.row(shell);
+      volumes[shell] +=
+          (points_.row(a) - origin)
+              .dot(Eigen::RowVector3d(points_.row(b) - origin).cross(Eigen::RowVector3d(points_.row(c) - origin)));
+    }
+    std::vector<int> result;
+    for (Eigen::Index v = 0; v < points_.rows(); ++v)
+      if (way * volumes[shells_.find(static_cast<int>(v))] > 0) result.push_back(static_cast<int>(v));
+    for (size_t t = 0; t < triangles_.size(); ++t)
+      if (way * volumes[shells_.find(triangles_[t][0])] > 0)
+        for (int k = offsets_[t]; k < offsets_[t + 1]; ++k) result.push_back(cut_[k].thing);
+    return result;
+  }
+  /// Makes things of a line.
+  void cut_line(const Triangle& line) { cut_cubes(line); }
 
   /// What a triangle has at a point of it; -1 if rounding puts the point into a cube beside.
   [[nodiscard]] int thing_at(int triangle, const Eigen::RowVector3d& point) const {
@@ -89,6 +123,13 @@ class CutSurface {
   }
 
   void cut(const Triangle& triangle) {
+    const size_t first = cut_cubes(triangle);
+    for (const int v : triangle) touch(v, first);
+    for (int k = 0; k < 3; ++k) cut_edge(triangle[k], triangle[(k + 1) % 3], first);
+  }
+
+  /// Returns the first cut.
+  size_t cut_cubes(const Triangle& triangle) {
     find_cubes(grid_, {points_.row(triangle[0]), points_.row(triangle[1]), points_.row(triangle[2])}, cubes_);
     for (const int v : triangle) cubes_.push_back(grid_.cube(things_.cubes[v]));
     std::sort(cubes_.begin(), cubes_.end());
@@ -104,8 +145,7 @@ class CutSurface {
           things_.touching.emplace_back(cut_[first + k].thing,
                                         cut_[first + static_cast<size_t>(found - cubes_.begin())].thing);
       }
-    for (const int v : triangle) touch(v, first);
-    for (int k = 0; k < 3; ++k) cut_edge(triangle[k], triangle[(k + 1) % 3], first);
+    return first;
   }
 
   /// A corner on a wall is in one of the cubes beside, and touches the others. What triangles have there hangs together
@@ -162,6 +202,7 @@ class CutSurface {
   const std::vector<Triangle>& triangles_;
   const CubeGrid& grid_;
   Things& things_;
+  UnionFind shells_;          ///< vertices
   std::vector<int> offsets_;  ///< of each triangle in cut_; a triangle in one cube has none
   std::vector<Cut> cut_;      ///< by triangle, then by cube
   std::vector<EdgeCut> edges_;
@@ -182,8 +223,9 @@ class Inside {
   }
 
   /// Samples hang together if no triangle is between them, and with the surface if they see it from behind: a sample in
-  /// a wall also sees what is in front of that.
-  void connect(const CutSurface& surface) {
+  /// a wall also sees what is in front of that. A wall between two shells may be too thin for samples: so there these
+  /// hang together themselves.
+  void connect(CutSurface& surface) {
     for (int axis = 0; axis < 3; ++axis) {
       const std::vector<Crossing>& crossings = inside_.crossings[axis];
       connect_samples(axis);
@@ -196,8 +238,22 @@ class Inside {
         const bool is_exit = crossing.sign == inside_.orientation;
         if (is_exit && !(k > 0 && is_beside(k - 1))) connect_to_surface(axis, crossing, crossing.before, surface);
         if (!is_exit && !is_beside(k + 1)) connect_to_surface(axis, crossing, crossing.before + 1, surface);
+        const bool is_wall = !is_exit && is_beside(k + 1) && crossings[k + 1].sign == inside_.orientation;
+        if (is_wall && !surface.are_of_one_shell(crossing.triangle, crossings[k + 1].triangle))
+          connect_sides(axis, crossing, crossings[k + 1], surface);
       }
     }
+  }
+
+  /// A thing of the samples in a cube, if they are of one piece there; -1: they are not, or there are none.
+  [[nodiscard]] int only_piece(int cube) const {
+    const int k = inside_.find(cube);
+    if (k < 0) return -1;
+    UnionFind& sets = things_.joined;
+    const int first = sets.find(first_things_[k]);
+    for (int i = std::popcount(inside_.bits[k]) - 1; i > 0; --i)
+      if (sets.find(first_things_[k] + i) != first) return -1;
+    return first;
   }
 
  private:
@@ -255,11 +311,40 @@ class Inside {
     if (beside >= 0) things_.connect(of_sample, beside);
   }
 
+  /// What the two sides of a wall are where a line passes through it.
+  void connect_sides(int axis, const Crossing& entry, const Crossing& exit, const CutSurface& surface) {
+    Eigen::RowVector3d place = inside_.samples.place(sample_on(entry.line, axis, 0));
+    place[axis] = entry.place;
+    const int a = surface.thing_at(entry.triangle, place);
+    place[axis] = exit.place;
+    const int b = surface.thing_at(exit.triangle, place);
+    if (a >= 0 && b >= 0) things_.connect(a, b);
+  }
+
   const InsideSamples& inside_;
   const CubeGrid& grid_;
   Things& things_;
   std::vector<int> first_things_;  ///< of each cube that has samples inside
 };
+
+/// Joins the surfaces of voids to what is inside around them. A void may pass through a cube between the samples, and
+/// would have a piece there that nothing but its neighbours holds.
+void join_voids_to_inside(CutSurface& surface, const InsideSamples& samples, const Inside& inside, Things& things) {
+  for (const int thing : surface.things_turned(-samples.orientation))
+    if (const int around = inside.only_piece(things.cubes[thing]); around >= 0) things.connect(thing, around);
+}
+
+/// Cuts lines into things where nothing else ties their ends, as walls tie voids.
+void tie_lines(const std::vector<Triangle>& lines, CutSurface& surface, Things& things) {
+  UnionFind together = things.joined;
+  for (const auto& [a, b] : things.touching) together.join(a, b);
+  for (const Triangle& line : lines) {
+    const auto [a, b] = ends_of(line);
+    if (together.find(a) == together.find(b)) continue;
+    surface.cut_line(line);
+    together.join(a, b);
+  }
+}
 
 /// Things that are joined are a piece. Pieces are in the order of their cubes.
 CubePieces collect(Things& things, int n_vertices, int first_sample, const InsideSamples& inside) {
@@ -299,10 +384,17 @@ CubePieces collect(Things& things, int n_vertices, int first_sample, const Insid
 CubePieces find_pieces(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid,
                        const MeterPart& meter) {
   Things things;
-  const CutSurface surface(points, triangles, grid, things, meter.part(0.4));
+  CutSurface surface(points, triangles, grid, things, meter.part(0.4));
   const InsideSamples inside(points, triangles, grid, meter.part(0.5));
   const int first_sample = things.size();
-  Inside(inside, grid, things).connect(surface);
+  Inside things_inside(inside, grid, things);
+  things_inside.connect(surface);
+  std::vector<Triangle> lines;
+  std::ranges::copy_if(triangles, std::back_inserter(lines), is_line);
+  if (!lines.empty()) {
+    join_voids_to_inside(surface, inside, things_inside, things);
+    tie_lines(lines, surface, things);
+  }
   CubePieces pieces = collect(things, static_cast<int>(points.rows()), first_sample, inside);
   meter.add(0.1);
   return pieces;

@@ -23,7 +23,8 @@ struct CubePieces {
   [[nodiscard]] int size() const { return static_cast<int>(cubes.size()); }
 };
 
-/// What is inside: see InsideSamples.
+/// What is inside: see InsideSamples. Shells that only lines join (triangles of two vertices) hang together by the wall
+/// between them, however thin it is, and those without one along the lines.
 /// @param points     (n, 3), within the grid
 /// @param triangles  of a connected surface that has all these points
 [[nodiscard]] CubePieces find_pieces(const Positions& points, const std::vector<std::array<int, 3>>& triangles,

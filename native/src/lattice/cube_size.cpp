@@ -13,6 +13,7 @@
 #include "base/format_message.h"
 #include "geometry/triangle_grid.h"
 #include "lattice/lattice.h"
+#include "lattice/line_triangle.h"
 #include "lattice/triangle_cubes.h"
 #include "mesh/polygon_ears.h"
 
@@ -22,7 +23,8 @@ namespace {
 
 using Row = Eigen::RowVector3d;
 
-/// The triangles of a mesh, turned outwards, and of its parts the volumes, negative if they were inside out, and boxes.
+/// The triangles of a mesh but lines, turned outwards, and of its parts the volumes, negative if they were inside out,
+/// and boxes.
 struct Surface {
   std::vector<TriangleGrid::Triangle> triangles;
   std::vector<int> parts;  ///< of each triangle
@@ -72,6 +74,8 @@ Surface read_surface(const PolygonMesh& mesh) {
     if (surface.boxes[part].isEmpty()) origins[part] = points.row(face[0]);
     for (const int v : face) surface.boxes[part].extend(points.row(v).transpose());
     ears.cut(points, face, surface.triangles);
+    const auto lines = std::ranges::remove_if(std::span(surface.triangles).subspan(surface.parts.size()), is_line);
+    surface.triangles.resize(surface.triangles.size() - lines.size());
     for (size_t t = surface.parts.size(); t < surface.triangles.size(); ++t) {
       const auto& [a, b, c] = surface.triangles[t];
       const Row normal = Row(points.row(b) - points.row(a)).cross(Row(points.row(c) - points.row(a)));

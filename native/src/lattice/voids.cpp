@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -102,15 +103,12 @@ class VoidFinder {
 
   /// Calls visit(a, b) for each vertex b of a part, with the nearest vertex of another one.
   template <class Visit>
-  void for_each_nearest(int from, int to, const Visit& visit) const {
-    const std::span<const int> others = vertices_.of(to);
-    Positions places(std::ssize(others), 3);
-    for (std::ptrdiff_t k = 0; k < places.rows(); ++k) places.row(k) = mesh_.positions().row(others[k]);
-    const PointTree tree(places);
+  void for_each_nearest(int from, int to, const Visit& visit) {
+    const PointTree& tree = tree_of(to);
     std::vector<PointTree::Near> found;
     for (const int v : vertices_.of(from)) {
       tree.nearest(mesh_.positions().row(v), 1, found);
-      visit(others[found[0].point], v);
+      visit(vertices_.of(to)[found[0].point], v);
     }
   }
 
@@ -122,6 +120,24 @@ class VoidFinder {
     for (int f = 0; f < mesh.n_faces(); ++f)
       for_each_in_fan(mesh.face(f), [&](int i, int j, int k) { result.push_back({i, j, k}); });
     return result;
+  }
+
+  /// The vertices of a part, made when first needed: a shell may have many voids.
+  struct Tree {
+    explicit Tree(Positions places_of_part) : places(std::move(places_of_part)), tree(places) {}
+    Positions places;
+    PointTree tree;
+  };
+
+  [[nodiscard]] const PointTree& tree_of(int part) {
+    std::unique_ptr<Tree>& tree = trees_[part];
+    if (tree == nullptr) {
+      const std::span<const int> own = vertices_.of(part);
+      Positions places(std::ssize(own), 3);
+      for (std::ptrdiff_t k = 0; k < places.rows(); ++k) places.row(k) = mesh_.positions().row(own[k]);
+      tree = std::make_unique<Tree>(std::move(places));
+    }
+    return tree->tree;
   }
 
   /// Whether faces run along each edge as often one way as the other.
@@ -152,6 +168,7 @@ class VoidFinder {
   Grouped faces_;
   TriangleGrid grid_;
   std::vector<char> is_closed_;  ///< each part
+  std::map<int, std::unique_ptr<Tree>> trees_;
 };
 
 }  // namespace
@@ -160,7 +177,7 @@ PolygonMesh join_voids(PolygonMesh mesh) {
   const std::vector<Shell> shells = find_shells(mesh);
   const std::vector<int> candidates = candidates_of(shells);
   if (candidates.empty()) return mesh;
-  const VoidFinder finder(mesh, shells);
+  VoidFinder finder(mesh, shells);
   std::vector<int> corners;
   std::vector<int> sizes;
   for (int f = 0; f < mesh.n_faces(); ++f) {

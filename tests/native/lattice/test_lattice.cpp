@@ -11,7 +11,9 @@
 #include <set>
 
 #include "base/union_find.h"
+#include "lattice/voids.h"
 #include "parallel/meter.h"
+#include "support/helpers.h"
 #include "support/meshes.h"
 
 namespace arap_test {
@@ -53,6 +55,53 @@ TEST(Lattices, HangTogetherAsThePartsOfTheMeshDo) {
       const Lattice lattice(mesh.mesh(), size * mesh.diagonal());
       EXPECT_EQ(n_components(lattice), mesh.mesh().n_parts()) << mesh.name << " " << size;
     }
+}
+
+/// A ball of radius 1 with voids of one radius, in model space.
+arap::PolygonMesh hollow_ball(int detail, double radius, const std::vector<Vector3>& centers) {
+  MeshData mesh = icosphere(3);
+  const MeshData unit = inside_out(icosphere(detail));
+  for (const Vector3& center : centers)
+    mesh = join(mesh, transformed(unit, [&](const Vector3& x) { return Vector3(radius * x + center); }));
+  return arap::join_voids(in_model_space(mesh).mesh());
+}
+
+/// A void takes something away from a ball, and hangs on what is between it and the shell: in one piece with it in each
+/// cube but a few that it cuts in two, however small it is.
+TEST(Lattices, OfVoidsHaveHardlyMoreControlPoints) {
+  std::vector<Vector3> specks;
+  Random random(3);
+  for (int k = 0; k < 10; ++k) {
+    const double height = .2 * k - .9;
+    const double side = .6 * std::sqrt(1 - height * height);
+    specks.emplace_back(side * std::cos(2.4 * k), side * std::sin(2.4 * k), .6 * height);
+  }
+  for (const double size : {.04, .09}) {
+    const Lattice solid(hollow_ball(0, 0, {}), size);
+    const auto expect_few = [&](const arap::PolygonMesh& mesh, const std::string& what) {
+      const Lattice lattice(mesh, size);
+      EXPECT_EQ(mesh.n_parts(), 1) << what;
+      EXPECT_EQ(n_components(lattice), 1) << what << ", cubes of " << size;
+      EXPECT_LE(lattice.n_control_points(), 1.02 * solid.n_control_points()) << what << ", cubes of " << size;
+    };
+    for (const double radius : {.1, .5, .8})
+      expect_few(hollow_ball(2, radius, {Vector3(.02, .03, .01)}), "a void of " + std::to_string(radius));
+    for (const double radius : {1e-6, .003, .02, .06})
+      expect_few(hollow_ball(1, radius, specks), "specks of " + std::to_string(radius));
+  }
+}
+
+/// The cubes of a wall are one piece, however thin it is and however far apart the vertices of the shell are.
+TEST(Lattices, HoldWallsBetweenAShellAndAVoidTogether) {
+  const auto cube = [](int cells) { return box({cells, cells, cells}, {1, 1, 1}, Faces::kQuads); };
+  const MeshData shell = cube(1);
+  for (const double share : {.9, .97, .999, .999999}) {
+    const MeshData inner = transformed(inside_out(cube(9)), [&](const Vector3& x) { return Vector3(share * x); });
+    const Lattice hollow(arap::join_voids(in_model_space(join(shell, inner)).mesh()), .0713);
+    const Lattice solid(in_model_space(shell).mesh(), .0713);
+    EXPECT_EQ(n_components(hollow), 1) << share;
+    EXPECT_LE(hollow.n_control_points(), solid.n_control_points()) << share;
+  }
 }
 
 TEST(Lattices, EmbedAffineMapsExactly) {
