@@ -96,7 +96,11 @@ std::shared_future<int> count_joined_parts(std::shared_ptr<const Source<Native>>
                     [source = std::move(source), n_parts = model.n_parts(), threads = model.threads()] {
                       if constexpr (requires { source->options.join_seams; })
                         if (source->options.join_seams) return n_parts;
-                      return source->mesh.n_parts_joined(threads);
+                      // A void counts with the shell around it.
+                      if constexpr (requires { Native::n_parts_joined(source->mesh, threads); })
+                        return Native::n_parts_joined(source->mesh, threads);
+                      else
+                        return source->mesh.n_parts_joined(threads);
                     })
       .share();
 }

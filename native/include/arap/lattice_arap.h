@@ -85,6 +85,8 @@ class LatticeArap {
 
   [[nodiscard]] int n_vertices() const;
   [[nodiscard]] int n_parts() const;
+  /// n_parts() of a model of `mesh` with its seams joined; see PolygonMesh::n_parts_joined().
+  [[nodiscard]] static int n_parts_joined(const PolygonMesh& mesh, int threads = 1);
   [[nodiscard]] const std::vector<int>& part_of_vertex() const;  ///< (n,), -1 = loose
   [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
   [[nodiscard]] int n_parts_at_rest() const;                     ///< without any constraint; 0 before set_constraints()

@@ -319,6 +319,23 @@ def test_parts_of_a_mesh_with_joined_seams_are_those_of_the_model():
     assert ", 1 part, no constraints, " in repr(solver)
 
 
+def test_a_void_counts_with_its_shell_in_a_lattice():
+    outer = tube()
+    faces = np.split(outer.corner_vertices, np.cumsum(outer.face_sizes)[:-1])
+    middle = outer.positions.mean(axis=0)
+    mesh = Mesh(
+        np.concatenate((outer.positions, middle + 0.6 * (outer.positions - middle))),
+        np.concatenate([outer.corner_vertices] + [face[::-1] + len(outer.positions) for face in faces]),
+        np.concatenate((outer.face_sizes, outer.face_sizes)),
+    )
+    solver = arap_native.LatticeArap(*mesh)
+    assert (solver.n_parts, solver.n_parts_joined) == (1, 1)
+    assert ", 1 part, no constraints, " in repr(solver)
+    apart = arap_native.LatticeArap(*torn(mesh))
+    assert apart.n_parts > 1
+    assert apart.n_parts_joined == 1
+
+
 # ---------------------------------------------------------------------------------------------------- same places
 
 

@@ -104,6 +104,11 @@ class Held {
   HeldSegments segments_;
 };
 
+PolygonMesh make_model(const PolygonMesh& input, ModelSpace& space, bool join_seams, int threads) {
+  if (join_seams) space.join(input.same_places(threads));
+  return join_voids(space.make_model(input));
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -120,7 +125,7 @@ struct LatticeArap::Impl {
   Impl(const PolygonMesh& input, const LatticeOptions& options, const VertexProperties& of_input,
        const Progress& progress)
       : space(input),
-        mesh(make_model(input, options)),
+        mesh(make_model(input, space, options.join_seams, choose_threads(options.threads, input.n_vertices()))),
         areas(vertex_areas(mesh)),
         properties{space.to_model(of_input.stiffness), space.regions_to_model(of_input.rigid_regions)},
         engine(prepare(options, part_of(progress, 0, 1 - kShareOfSheets))),
@@ -130,11 +135,6 @@ struct LatticeArap::Impl {
       part_of_vertex.push_back(mesh.part_of_vertex()[space.model_vertices()[v]]);
       if (part_of_vertex.back() < 0) loose_vertices.push_back(v);
     }
-  }
-
-  PolygonMesh make_model(const PolygonMesh& input, const LatticeOptions& options) {
-    if (options.join_seams) space.join(input.same_places(choose_threads(options.threads, input.n_vertices())));
-    return join_voids(space.make_model(input));
   }
 
   const PreparedModel& prepare(const LatticeOptions& options, const Progress& progress) {
@@ -366,6 +366,11 @@ std::vector<int> LatticeArap::segments_outside(const std::vector<Segment>& segme
 
 int LatticeArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int LatticeArap::n_parts() const { return impl_->mesh.n_parts(); }
+int LatticeArap::n_parts_joined(const PolygonMesh& mesh, int threads) {
+  if (mesh.n_parts() < 2) return mesh.n_parts();
+  ModelSpace space(mesh);
+  return make_model(mesh, space, true, threads).n_parts();
+}
 const std::vector<int>& LatticeArap::part_of_vertex() const { return impl_->part_of_vertex; }
 const std::vector<int>& LatticeArap::loose_vertices() const { return impl_->loose_vertices; }
 int LatticeArap::n_parts_at_rest() const {

@@ -83,6 +83,28 @@ TEST(LatticeArap, AHollowRodIsOnePart) {
   }
 }
 
+/// A void counts with its shell, with its seams joined too: there it is one with it only where both are closed.
+TEST(LatticeArap, TellsHowManyPartsThereWouldBeWithSeamsJoined) {
+  MeshData inner = transformed(icosphere(1), [](const Vector3& x) { return Vector3(.6 * x); });
+  for (std::vector<int>& face : inner.faces) std::reverse(face.begin(), face.end());
+  const MeshData hollow = join(icosphere(1), inner);
+  MeshData torn;
+  for (const std::vector<int>& face : hollow.faces) {
+    torn.faces.emplace_back();
+    for (const int v : face) {
+      torn.faces.back().push_back(torn.n_vertices());
+      torn.add_vertex(hollow.vertices[v]);
+    }
+  }
+  for (const MeshData& mesh : {hollow, torn}) {
+    EXPECT_EQ(LatticeArap::n_parts_joined(mesh.mesh(), 2), 1);
+    LatticeOptions options = coarse();
+    options.join_seams = true;
+    EXPECT_EQ(LatticeArap(mesh.mesh(), options).n_parts(), 1);
+  }
+  EXPECT_EQ(LatticeArap::n_parts_joined(two_spheres(1).mesh()), 2);
+}
+
 TEST(LatticeArap, HardVerticesAreAtTheirTargets) {
   const MeshData mesh = bumpy_sphere(3);
   Task task = hold(mesh, extreme_vertices(mesh.positions(), 0, .2));
