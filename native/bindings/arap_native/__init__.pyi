@@ -501,9 +501,9 @@ class SurfaceArap(Model):
     def energy(self, positions: ArrayLike) -> float:
         """Energy that a solve minimizes, at ``positions``, (n, 3), without constraint terms.
 
-        Rotations are the best for these positions, and parts that hard vertices cut from each other have their own; each
-        rigid region uses the best-fit rotation of its vertices. Vertices joined by Options.join_seams are represented by
-        the first one.
+        Rotations are the best for these positions, and parts that hard vertices cut from each other have their own;
+        each rigid region uses the best-fit rotation of its vertices. Vertices joined by Options.join_seams are
+        represented by the first one.
         """
 
     def energy_gradient(self, positions: ArrayLike) -> NDArray[np.float64]:

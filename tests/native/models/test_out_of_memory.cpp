@@ -10,6 +10,8 @@
 #include <string>
 
 #include "arap/cage.h"
+#include "arap/cage_transfer.h"
+#include "arap/lattice_tets.h"
 #include "arap/surface_arap.h"
 #include "arap/wrap_deformation.h"
 #include "support/any_model.h"
@@ -245,6 +247,24 @@ TEST(WithoutMemory, WrapDeformationsAreWholeOrNot) {
     expect_all_or_nothing(
         threads, [&] { return arap::WrapDeformation(bar, points, options); }, 1.1 * bar.positions());
   }
+}
+
+TEST(WithoutMemory, WhatIsMadeOfAMeshFailsWithNothingElse) {
+  const arap::PolygonMesh bar = box({4, 2, 2}, {3, 1, 1}, Faces::kQuads).mesh();
+  const arap::PolygonMesh cage = arap::make_cage(bar, 2);
+  arap::CageOptions harmonic;
+  harmonic.coordinates = arap::CageCoordinates::kHarmonic;
+  harmonic.grid_spacing = .1;
+  harmonic.threads = 1;
+  const auto fails_cleanly = [](const char* what, const auto& make) {
+    fail_each(
+        what, 1, [&] { static_cast<void>(make()); }, [] {}, [] {});
+  };
+  fails_cleanly("places", [&] { return bar.same_places(1); });
+  fails_cleanly("cage", [&] { return arap::make_cage(bar, 2); });
+  fails_cleanly("tetrahedra", [&] { return arap::LatticeTets::around(bar, .3); });
+  fails_cleanly("transfer", [&] { return arap::transfer_cage(cage, 1.1 * cage.positions(), cage); });
+  fails_cleanly("harmonic weights", [&] { return arap::CageDeformation(cage, bar.positions(), harmonic); });
 }
 
 }  // namespace
