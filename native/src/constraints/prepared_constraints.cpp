@@ -256,11 +256,16 @@ std::vector<int> PreparedConstraints::cut_parts(const PreparedModel& model) cons
     if (is_held_region[regions.unknown_of(v)] != 0) is_free[v] = 0;
   UnionFind joined(static_cast<int>(is_free.size()));
   for (int v = 0; v < std::ssize(is_free); ++v) {
-    if (is_free[v] == 0) continue;
-    joined.join(v, regions.unknown_of(v));
-    // Also where the entry is 0, as of the diagonals of squares: their terms join them.
-    for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it)
-      if (is_free[it.row()] != 0) joined.join(v, static_cast<int>(it.row()));
+    if (is_free[v] != 0) joined.join(v, regions.unknown_of(v));
+    // All neighbours of a vertex, as the cell of one vertex does: so also those on both sides of a line of held ones. Also
+    // where the entry is 0, as of the diagonals of squares: their terms join them.
+    int first = is_free[v] != 0 ? v : -1;
+    for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it) {
+      const int neighbour = static_cast<int>(it.row());
+      if (is_free[neighbour] == 0) continue;
+      if (first < 0) first = neighbour;
+      joined.join(first, neighbour);
+    }
   }
   for (int v = 0; v < std::ssize(is_free); ++v)
     if (is_free[v] != 0) parts[v] = joined.find(v);

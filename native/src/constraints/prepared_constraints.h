@@ -134,7 +134,7 @@ class PreparedConstraints {
   template <class Visit>
   void for_each_hold(const Visit& visit) const;
   void find_rest(const PreparedModel& model);
-  /// (n,) what of the others hang together beside the held vertices, which have -1.
+  /// (n,) which of the others hang together through cells of one vertex, beside the held ones, which have -1.
   [[nodiscard]] std::vector<int> cut_parts(const PreparedModel& model) const;
   /// Splits the cells where held vertices cut others from each other.
   void cut_cells(const PreparedModel& model);

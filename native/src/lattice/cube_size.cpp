@@ -74,8 +74,8 @@ Surface read_surface(const PolygonMesh& mesh) {
     if (surface.boxes[part].isEmpty()) origins[part] = points.row(face[0]);
     for (const int v : face) surface.boxes[part].extend(points.row(v).transpose());
     ears.cut(points, face, surface.triangles);
-    const auto lines = std::ranges::remove_if(std::span(surface.triangles).subspan(surface.parts.size()), is_line);
-    surface.triangles.resize(surface.triangles.size() - lines.size());
+    const auto first = surface.triangles.begin() + std::ssize(surface.parts);
+    surface.triangles.erase(std::remove_if(first, surface.triangles.end(), is_line), surface.triangles.end());
     for (size_t t = surface.parts.size(); t < surface.triangles.size(); ++t) {
       const auto& [a, b, c] = surface.triangles[t];
       const Row normal = Row(points.row(b) - points.row(a)).cross(Row(points.row(c) - points.row(a)));

@@ -45,7 +45,7 @@ bool SoftDirections::find(const Pose& pose, const MayGoOn& may_go_on) {
   for (; n_tried_ < kTurns && may_go_on(); ++n_tried_) try_turn(n_tried_, fitted, force, free_force);
   static_cast<void>(steps_.fit(fitted));
   if (n_tried_ < kTurns) return false;
-  choose();
+  if (n_ > 0) choose();
   is_whole_ = true;
   return true;
 }
@@ -142,6 +142,7 @@ Eigen::VectorXd SoftDirections::products(int n_columns, const Positions& residua
 }
 
 double SoftDirections::distance() const {
+  if (n_ == 0) return 0;
   const Eigen::VectorXd forces =
       steps_.with_free_residual([&](const Positions& residual) { return products(n_, residual); });
   const Eigen::VectorXf lengths = compliance_.cwiseProduct(forces).cast<float>();
