@@ -257,8 +257,8 @@ std::vector<int> PreparedConstraints::cut_parts(const PreparedModel& model) cons
   UnionFind joined(static_cast<int>(is_free.size()));
   for (int v = 0; v < std::ssize(is_free); ++v) {
     if (is_free[v] != 0) joined.join(v, regions.unknown_of(v));
-    // All neighbours of a vertex, as the cell of one vertex does: so also those on both sides of a line of held ones. Also
-    // where the entry is 0, as of the diagonals of squares: their terms join them.
+    // All neighbours of a vertex, as the cell of one vertex does: so also those on both sides of a line of held ones.
+    // Also where the entry is 0, as of the diagonals of squares: their terms join them.
     int first = is_free[v] != 0 ? v : -1;
     for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it) {
       const int neighbour = static_cast<int>(it.row());

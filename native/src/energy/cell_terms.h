@@ -47,27 +47,38 @@ class ListedTerms {
   ListedTerms(const CellEnergy& /*energy*/, const Cells& cells, const Workers& /*workers*/, Isa isa)
       : kernels_(cell_kernels<Real>(isa)),
         cells_(cells),
-        range_(slice_range(cells_.by_cell().layout().n_slices(), cells_.by_cell().layout().n_groups())) {}
+        range_(slice_range(cells_.by_cell().n_slices(), cells_.by_cell().n_groups())) {}
 
-  [[nodiscard]] int n_cell_slices() const { return cells_.by_cell().layout().n_slices(); }
-  [[nodiscard]] int n_vertex_slices() const { return cells_.by_vertex().layout().n_slices(); }
+  [[nodiscard]] int n_cell_slices() const { return cells_.by_cell().n_slices(); }
+  [[nodiscard]] int n_vertex_slices() const { return cells_.by_vertex().n_slices(); }
   /// Slices of cells that a thread takes at once.
   [[nodiscard]] int cell_range() const { return range_; }
 
   void find_covariances(const PositionsView<Real>& /*positions*/) {}
   double fit_rotations(const PositionsView<Real>& positions, const VolumeView<Real>& volumes, Real* rotations,
                        int begin, int end) const {
-    return kernels_.fit_rotations(cells_.by_cell().view(), cells_.homes(), positions, volumes, rotations, begin, end);
+    double sum = 0;
+    cells_.by_cell().for_each_view(begin, end, [&](const SplitView& view, int from, int to) {
+      sum += kernels_.fit_rotations(view, cells_.homes(), positions, volumes, rotations, from, to);
+    });
+    return sum;
   }
   [[nodiscard]] double alignment(const PositionsView<Real>& positions, const VolumeView<Real>& volumes,
                                  const Real* rotations, int begin, int end) const {
-    return kernels_.alignment(cells_.by_cell().view(), cells_.homes(), positions, volumes, rotations, begin, end);
+    double sum = 0;
+    cells_.by_cell().for_each_view(begin, end, [&](const SplitView& view, int from, int to) {
+      sum += kernels_.alignment(view, cells_.homes(), positions, volumes, rotations, from, to);
+    });
+    return sum;
   }
   void find_turns(const Real* /*rotations*/, const Real* /*stresses*/) const {}
   double residual(const SlicedView<Real>& off_diagonals, const PositionsView<Real>& positions, const Real* rotations,
                   const Real* stresses, double* residual, int n_vertices, int begin, int end) const {
-    return kernels_.residual(cells_.by_vertex().view(), off_diagonals, positions, rotations, stresses, residual,
-                             n_vertices, begin, end);
+    double sum = 0;
+    cells_.by_vertex().for_each_view(begin, end, [&](const SplitView& view, int from, int to) {
+      sum += kernels_.residual(view, off_diagonals, positions, rotations, stresses, residual, n_vertices, from, to);
+    });
+    return sum;
   }
 
   /// (n_cells,) tr(Q_c) / 3 at rest.

@@ -117,7 +117,7 @@ Cells::Cells(Rows rows, const std::vector<int>& homes, const std::vector<int>& n
   meter.tell();
   by_vertex_ = SlicedVectors(n_cells_, rows.n_shares());
   meter.tell();
-  homes_ = AlignedBuffer<int>(static_cast<size_t>(by_cell_.layout().n_slices()) * kSliceWidth);
+  homes_ = AlignedBuffer<int>(static_cast<size_t>(by_cell_.n_slices()) * kSliceWidth);
   std::fill_n(homes_.data(), homes_.size(), 0);
   std::vector<std::vector<int>> next = std::move(sizes).first_entries();
   const MeterPart filling = meter.part(0.7);
@@ -134,6 +134,83 @@ Cells::Cells(Rows rows, const std::vector<int>& homes, const std::vector<int>& n
     }
     count_row(old_vertex, static_cast<int>(n_cells_.size()), filling);
   });
+}
+
+namespace {
+
+/// Rows that are what they were, or new ones.
+class ChangedRows {
+ public:
+  using Row = std::vector<std::pair<int, Vector3>>;
+
+  ChangedRows(const SlicedVectors& before, const std::vector<int>& sizes_before)
+      : before_(before), sizes_(sizes_before) {}
+
+  /// Changes are in the order of rows; further rows come last.
+  void change(int row, Row entries) {
+    sizes_.resize(std::max(sizes_.size(), static_cast<size_t>(row) + 1), -1);
+    sizes_[row] = static_cast<int>(entries.size());
+    changed_.emplace_back(row, std::move(entries));
+  }
+
+  [[nodiscard]] SlicedVectors rows(int threads) const {
+    std::vector<char> is_own((sizes_.size() + kSliceWidth - 1) / kSliceWidth, 0);
+    for (const auto& [row, entries] : changed_) is_own[row / kSliceWidth] = 1;
+    SlicedVectors result(before_, is_own, at_least_0(sizes_), threads);
+    auto next = changed_.begin();
+    for (int row = 0; row < std::ssize(sizes_); ++row) {
+      if (is_own[row / kSliceWidth] == 0) continue;
+      if (next != changed_.end() && next->first == row) {
+        for (int e = 0; e < sizes_[row]; ++e)
+          result.set(row, e, next->second[e].first, SplitVector(next->second[e].second));
+        ++next;
+      } else {
+        for (int e = 0; e < sizes_[row]; ++e)
+          result.set(row, e, before_.index(row, e), SplitVector(before_.vector(row, e)));
+      }
+    }
+    return result;
+  }
+
+ private:
+  const SlicedVectors& before_;
+  std::vector<int> sizes_;
+  std::vector<std::pair<int, Row>> changed_;
+};
+
+}  // namespace
+
+Cells::Cells(const Cells& others, const CellChanges& changes, int threads)
+    : n_others_(others.n_others_), n_cells_(others.n_cells_), n_incidences_(others.n_incidences_) {
+  if (!changes.cells.empty())
+    n_others_.resize(std::max(n_others_.size(), static_cast<size_t>(changes.cells.back().number) + 1), -1);
+  std::vector<int> change_of_cell(n_others_.size(), -1);
+  for (int k = 0; k < std::ssize(changes.cells); ++k) change_of_cell[changes.cells[k].number] = k;
+  std::vector<ChangedRows::Row> members(changes.cells.size());
+  ChangedRows by_vertex(others.by_vertex_, others.n_cells_);
+  for (const auto& [v, row] : changes.vertices) {
+    n_incidences_ += row.size() - static_cast<size_t>(n_cells_[v]);
+    n_cells_[v] = static_cast<int>(row.size());
+    for (const auto& [cell, q] : row)
+      if (change_of_cell[cell] >= 0) members[change_of_cell[cell]].emplace_back(v, q);
+    by_vertex.change(v, row);
+  }
+  homes_ = AlignedBuffer<int>((n_others_.size() + kSliceWidth - 1) / kSliceWidth * kSliceWidth);
+  std::fill_n(homes_.data(), homes_.size(), 0);
+  std::copy_n(others.homes_.data(), others.homes_.size(), homes_.data());
+  ChangedRows by_cell(others.by_cell_, others.n_others_);
+  for (size_t k = 0; k < members.size(); ++k) {
+    const auto [cell, home] = changes.cells[k];
+    ChangedRows::Row& row = members[k];
+    const auto found = std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == home; });
+    const auto at = found != row.end() ? found : row.begin();
+    n_others_[cell] = static_cast<int>(row.size()) - 1;
+    homes_[cell] = row.empty() ? 0 : at->first;
+    if (!row.empty()) row.erase(at);
+    by_cell.change(cell, std::move(row));
+  }
+  by_cell_ = by_cell.rows(threads);
+  by_vertex_ = by_vertex.rows(threads);
 }
 
 }  // namespace arap

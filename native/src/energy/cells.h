@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "base/aligned_buffer.h"
@@ -10,6 +11,23 @@
 #include "sparse/sparse_rows.h"
 
 namespace arap {
+
+/// Changes of cells.
+struct CellChanges {
+  /// A cell that gets vertices or loses some; all its vertices are among those below. The further ones come last.
+  struct Cell {
+    int number;
+    int home;  ///< another one if the cell has not got it
+  };
+  /// A vertex, and all its cells.
+  struct Vertex {
+    int number;
+    std::vector<std::pair<int, Vector3>> cells;
+  };
+
+  std::vector<Cell> cells;       ///< by number
+  std::vector<Vertex> vertices;  ///< by number
+};
 
 /// The cells of an energy: rest vectors q_cj of vertices j in cells c, once by cell and once by vertex, as an iteration
 /// reads them. Those of a cell sum to 0, so by cell there is none of its home.
@@ -23,6 +41,11 @@ class Cells {
   /// @param new_of_old  (n,) the numbers that the vertices of rows get; cells are then numbered as their homes are.
   ///                    Empty: all keep theirs
   Cells(Rows rows, const std::vector<int>& homes, const std::vector<int>& new_of_old = {}, const MeterPart& meter = {});
+
+  /// Those of another one with some changes.
+  /// @param others   have all their rows themselves, and must outlive these
+  /// @param changes  what is changed, and further cells
+  Cells(const Cells& others, const CellChanges& changes, int threads);
 
   [[nodiscard]] int size() const { return static_cast<int>(n_others_.size()); }
   [[nodiscard]] size_t n_incidences() const { return n_incidences_; }

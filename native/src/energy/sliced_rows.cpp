@@ -2,6 +2,7 @@
 #include "energy/sliced_rows.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "parallel/parallel.h"
 
@@ -20,6 +21,13 @@ AlignedBuffer<Number> zeros(size_t size, int threads) {
     std::fill_n(buffer.data() + begin, std::min<size_t>(kBlock, size - begin), Number{0});
   });
   return buffer;
+}
+
+/// Sizes of rows in these slices, 0 elsewhere.
+std::vector<int> only(const std::vector<char>& slices, std::vector<int> sizes) {
+  for (size_t row = 0; row < sizes.size(); ++row)
+    if (slices[row / kSliceWidth] == 0) sizes[row] = 0;
+  return sizes;
 }
 
 }  // namespace
@@ -44,6 +52,14 @@ SlicedVectors::SlicedVectors(const std::vector<int>& sizes, int threads)
       indices_(zeros<int>(layout_.n_entries(), threads)),
       high_(zeros<float>(3 * layout_.n_entries(), threads)),
       low_(zeros<std::int16_t>(3 * layout_.n_entries(), threads)) {}
+
+SlicedVectors::SlicedVectors(const SlicedVectors& lender, std::vector<char> is_own, const std::vector<int>& sizes,
+                             int threads)
+    : SlicedVectors(only(is_own, sizes), threads) {
+  is_own_ = std::move(is_own);
+  lent_ = lender.view();
+  n_lent_groups_ = lender.n_groups();
+}
 
 template class SlicedNumbers<float>;
 template class SlicedNumbers<double>;

@@ -24,7 +24,10 @@ class SliceLayout {
 
   /// Of component i of n of entry e of a row.
   [[nodiscard]] size_t place(int row, int e, int i = 0, int n = 1) const {
-    const auto group = static_cast<size_t>(offsets_[row / kSliceWidth]) + static_cast<size_t>(e);
+    return place(offsets_.data(), row, e, i, n);
+  }
+  [[nodiscard]] static size_t place(const int* offsets, int row, int e, int i = 0, int n = 1) {
+    const auto group = static_cast<size_t>(offsets[row / kSliceWidth]) + static_cast<size_t>(e);
     return (group * static_cast<size_t>(n) + static_cast<size_t>(i)) * kSliceWidth + row % kSliceWidth;
   }
 
@@ -53,15 +56,33 @@ class SlicedNumbers {
   AlignedBuffer<Real> values_;
 };
 
-/// The owner of a SplitView: zeros, until entries are set.
+/// The owner of a SplitView: zeros, until entries are set. Slices may be those of another owner.
 class SlicedVectors {
  public:
   SlicedVectors() = default;
   SlicedVectors(const std::vector<int>& sizes, int threads);
+  /// @param lender  must outlive it, and has all its slices itself
+  /// @param is_own  by slice; those of the lender's number that are not lent, and further ones
+  /// @param sizes   entries of each row
+  SlicedVectors(const SlicedVectors& lender, std::vector<char> is_own, const std::vector<int>& sizes, int threads);
 
-  [[nodiscard]] const SliceLayout& layout() const { return layout_; }
-  [[nodiscard]] SplitView view() const { return {layout_.offsets(), indices_.data(), high_.data(), low_.data()}; }
+  [[nodiscard]] int n_slices() const { return layout_.n_slices(); }
+  /// About, where some are lent.
+  [[nodiscard]] int n_groups() const { return layout_.n_groups() + n_lent_groups_; }
+  [[nodiscard]] bool is_own(int slice) const { return is_own_.empty() || is_own_[slice] != 0; }
 
+  /// f(view, begin, end) for slices [begin, end), in order, as many at once as one owner has.
+  template <class Function>
+  void for_each_view(int begin, int end, const Function& f) const {
+    while (begin < end) {
+      int next = is_own_.empty() ? end : begin + 1;
+      while (next < end && is_own(next) == is_own(begin)) ++next;
+      f(is_own(begin) ? view() : lent_, begin, next);
+      begin = next;
+    }
+  }
+
+  /// Of rows in slices of its own.
   void set(int row, int e, int index, const SplitVector& vector) {
     indices_[layout_.place(row, e)] = index;
     for (int i = 0; i < 3; ++i) {
@@ -70,18 +91,28 @@ class SlicedVectors {
     }
   }
 
-  [[nodiscard]] int index(int row, int e) const { return indices_[layout_.place(row, e)]; }
+  [[nodiscard]] int index(int row, int e) const {
+    const SplitView from = view_of(row);
+    return from.indices[SliceLayout::place(from.offsets, row, e)];
+  }
   [[nodiscard]] Vector3 vector(int row, int e) const {
+    const SplitView from = view_of(row);
     SplitVector vector;
     for (int i = 0; i < 3; ++i) {
-      vector.high[i] = high_[layout_.place(row, e, i, 3)];
-      vector.low[i] = low_[layout_.place(row, e, i, 3)];
+      vector.high[i] = from.high[SliceLayout::place(from.offsets, row, e, i, 3)];
+      vector.low[i] = from.low[SliceLayout::place(from.offsets, row, e, i, 3)];
     }
     return vector.whole();
   }
 
  private:
-  SliceLayout layout_;
+  [[nodiscard]] SplitView view() const { return {layout_.offsets(), indices_.data(), high_.data(), low_.data()}; }
+  [[nodiscard]] SplitView view_of(int row) const { return is_own(row / kSliceWidth) ? view() : lent_; }
+
+  SliceLayout layout_;        ///< of its own slices; the others have no groups
+  std::vector<char> is_own_;  ///< by slice; empty: all are
+  SplitView lent_{};
+  int n_lent_groups_ = 0;
   AlignedBuffer<int> indices_;
   AlignedBuffer<float> high_;
   AlignedBuffer<std::int16_t> low_;

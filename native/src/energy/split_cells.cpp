@@ -23,7 +23,8 @@ class Splitter {
   bool find_pieces();
   /// Shares what has held vertices only.
   void find_shares(const CellTerms::Reader& terms);
-  [[nodiscard]] SplitCells split(const CellTerms::Reader& terms, int threads) const;
+  [[nodiscard]] CellChanges changes(const CellTerms::Reader& terms) const;
+  [[nodiscard]] const std::vector<int>& origins() const { return origins_; }
 
  private:
   /// What a split cell has of a part.
@@ -81,12 +82,15 @@ class Splitter {
   std::vector<int> slot_of_cell_;
   std::vector<int> offsets_{0};    ///< of each slot, in the pieces
   std::vector<int> cell_of_home_;  ///< of split cells, -1 elsewhere
-  std::vector<char> has_split_;    ///< (n,) held vertices with split cells
+  std::vector<char> has_split_;    ///< (n,) vertices with split cells
   std::vector<int> origins_;
 };
 
 bool Splitter::find_pieces() {
   const auto n = static_cast<int>(parts_.size());
+  const auto is_free = [](int part) { return part >= 0; };
+  const auto any = std::find_if(parts_.begin(), parts_.end(), is_free);
+  if (std::all_of(any, parts_.end(), [&](int part) { return !is_free(part) || part == *any; })) return false;
   std::vector<int> first(cells_.size(), -1);
   slot_of_cell_.assign(cells_.size(), -1);
   int n_split = 0;
@@ -142,10 +146,8 @@ void Splitter::find_homes() {
   for (int v = 0; v < n; ++v)
     cells_.for_each_cell(v, [&](int c, const Vector3& /*q*/) {
       if (!is_split(c)) return;
-      if (parts_[v] < 0) {
-        has_split_[v] = 1;
-        return;
-      }
+      has_split_[v] = 1;
+      if (parts_[v] < 0) return;
       Piece& piece = pieces_of(c)[place_of(c, parts_[v])];
       if (piece.home < 0 || (piece.number != c && is_member(piece.home) && !is_member(v))) piece.home = v;
     });
@@ -182,11 +184,13 @@ void Splitter::find_shares(const CellTerms::Reader& terms) {
   }
 }
 
-SplitCells Splitter::split(const CellTerms::Reader& terms, int threads) const {
-  std::vector<int> homes(cells_.size() + origins_.size(), 0);
-  for (int c = 0; c < cells_.size(); ++c) homes[c] = std::max(0, cells_.home(c));
-  for (const Piece& piece : pieces_) homes[piece.number] = piece.home;
-  const auto fill = [&](int v, RowAccumulator<Vector3>& row) {
+CellChanges Splitter::changes(const CellTerms::Reader& terms) const {
+  CellChanges result;
+  for (const Piece& piece : pieces_) result.cells.push_back({piece.number, piece.home});
+  std::sort(result.cells.begin(), result.cells.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+  RowAccumulator<Vector3> row(cells_.size() + static_cast<int>(origins_.size()));
+  for (int v = 0; v < static_cast<int>(parts_.size()); ++v) {
+    if (has_split_[v] == 0) continue;
     cells_.for_each_cell(v, [&](int c, const Vector3& q) {
       if (!is_split(c)) row[c] += q;
     });
@@ -198,9 +202,10 @@ SplitCells Splitter::split(const CellTerms::Reader& terms, int threads) const {
         for (const Piece& piece : pieces)
           if (piece.share > 0) row[piece.number] += piece.share * q;
     });
-  };
-  Cells::Rows rows(static_cast<int>(parts_.size()), static_cast<int>(homes.size()), threads, [&] { return fill; });
-  return {Cells(std::move(rows), homes), origins_};
+    result.vertices.push_back({v, row.entries()});
+    row.clear();
+  }
+  return result;
 }
 
 }  // namespace
@@ -212,7 +217,7 @@ std::unique_ptr<SplitCells> split_cells(const Cells& cells, const CellTerms& ter
   if (!splitter.find_pieces()) return nullptr;
   const std::unique_ptr<const CellTerms::Reader> reader = terms.open();
   splitter.find_shares(*reader);
-  return std::make_unique<SplitCells>(splitter.split(*reader, threads));
+  return std::make_unique<SplitCells>(SplitCells{Cells(cells, splitter.changes(*reader), threads), splitter.origins()});
 }
 
 }  // namespace arap
