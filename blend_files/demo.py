@@ -29,7 +29,7 @@ LOG_LINES = 60  # shown if Blender fails
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="demo.py", description="Bakes and renders the sample creature.")
-    parser.add_argument("--blender", "--bpy-python", required=True, help="a Blender, or a Python with bpy")
+    parser.add_argument("--blender", required=True, help="a Blender, or a Python with bpy")
     parser.add_argument("--zip", required=True, type=Path, help="the add-on's zip for that Blender")
     parser.add_argument("--out", type=Path, default=Path("build/demo"), help="folder for the results")
     args = parser.parse_args()

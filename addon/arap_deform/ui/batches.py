@@ -12,10 +12,9 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s, Floats
+from ..scene import versions
 
 Color = tuple[float, float, float, float]
-# 4.5: points have a shader of their own, which not every graphics API can do without.
-POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
 NEARER = 1e-3  # fraction of the distance: keeps points on the surface from sinking into it
 
 
@@ -51,7 +50,7 @@ def draw_surface(batch: gpu.types.GPUBatch, matrix: Matrix) -> None:
 def draw_points(
     batch: gpu.types.GPUBatch, matrix: Matrix, color: Color, size: float, *, is_hidden_behind: bool
 ) -> None:
-    shader = gpu.shader.from_builtin(POINT_SHADER)
+    shader = gpu.shader.from_builtin(versions.POINT_SHADER)
     with _On(matrix, is_hidden_behind=is_hidden_behind):
         gpu.state.point_size_set(size)
         shader.bind()
