@@ -73,7 +73,7 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
   held_rows_.insert(held_rows_.end(), stiff_rows.target_rows.begin(), stiff_rows.target_rows.end());
   regions.set_constraints(is_hard, soft_diagonal, anchor_points, soft_rows.rows);
   find_rest(model);
-  if (model.terms != nullptr) cut_cells(model);
+  if (model.terms != nullptr) cut_cells(model, progress);
   find_weak_hold(model);
   SystemConstraints of_system = system_constraints(soft_diagonal, soft_rows.rows, stiff_rows.rows);
   require_movable(constraints.set, of_system.is_fixed);
@@ -272,9 +272,10 @@ std::vector<int> PreparedConstraints::cut_parts(const PreparedModel& model) cons
   return parts;
 }
 
-void PreparedConstraints::cut_cells(const PreparedModel& model) {
+void PreparedConstraints::cut_cells(const PreparedModel& model, const Progress& progress) {
+  Meter meter(progress, "the change of constraints was cancelled");
   split_ = split_cells(model.energy.cells, *model.terms, model.rest, cut_parts(model), regions.members(),
-                       model.workers.threads());
+                       model.workers.threads(), {&meter, 0});
   if (split_ == nullptr) return;
   regions.read_cells(split_->cells);
   regions.set_constraints(is_hard, soft_diagonal, anchor_points, soft_rows.rows);

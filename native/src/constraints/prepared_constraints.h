@@ -137,7 +137,7 @@ class PreparedConstraints {
   /// (n,) which of the others hang together through cells of one vertex, beside the held ones, which have -1.
   [[nodiscard]] std::vector<int> cut_parts(const PreparedModel& model) const;
   /// Splits the cells where held vertices cut others from each other.
-  void cut_cells(const PreparedModel& model);
+  void cut_cells(const PreparedModel& model, const Progress& progress);
   void find_weak_hold(const PreparedModel& model);
   void require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const;
   [[nodiscard]] std::vector<char> fixed_unknowns() const;

@@ -153,12 +153,13 @@ class ChangedRows {
     changed_.emplace_back(row, std::move(entries));
   }
 
-  [[nodiscard]] SlicedVectors rows(int threads) const {
+  [[nodiscard]] SlicedVectors rows(int threads, const MeterPart& meter) const {
     std::vector<char> is_own((sizes_.size() + kSliceWidth - 1) / kSliceWidth, 0);
     for (const auto& [row, entries] : changed_) is_own[row / kSliceWidth] = 1;
     SlicedVectors result(before_, is_own, at_least_0(sizes_), threads);
     auto next = changed_.begin();
     for (int row = 0; row < std::ssize(sizes_); ++row) {
+      count_row(row, static_cast<int>(sizes_.size()), meter);
       if (is_own[row / kSliceWidth] == 0) continue;
       if (next != changed_.end() && next->first == row) {
         for (int e = 0; e < sizes_[row]; ++e)
@@ -180,7 +181,7 @@ class ChangedRows {
 
 }  // namespace
 
-Cells::Cells(const Cells& others, const CellChanges& changes, int threads)
+Cells::Cells(const Cells& others, const CellChanges& changes, int threads, const MeterPart& meter)
     : n_others_(others.n_others_), n_cells_(others.n_cells_), n_incidences_(others.n_incidences_) {
   if (!changes.cells.empty())
     n_others_.resize(std::max(n_others_.size(), static_cast<size_t>(changes.cells.back().number) + 1), -1);
@@ -189,6 +190,7 @@ Cells::Cells(const Cells& others, const CellChanges& changes, int threads)
   std::vector<ChangedRows::Row> members(changes.cells.size());
   ChangedRows by_vertex(others.by_vertex_, others.n_cells_);
   for (const auto& [v, row] : changes.vertices) {
+    count_row(v, static_cast<int>(n_cells_.size()), meter.part(0.4));
     n_incidences_ += row.size() - static_cast<size_t>(n_cells_[v]);
     n_cells_[v] = static_cast<int>(row.size());
     for (const auto& [cell, q] : row)
@@ -209,8 +211,8 @@ Cells::Cells(const Cells& others, const CellChanges& changes, int threads)
     if (!row.empty()) row.erase(at);
     by_cell.change(cell, std::move(row));
   }
-  by_cell_ = by_cell.rows(threads);
-  by_vertex_ = by_vertex.rows(threads);
+  by_cell_ = by_cell.rows(threads, meter.part(0.3));
+  by_vertex_ = by_vertex.rows(threads, meter.part(0.3));
 }
 
 }  // namespace arap

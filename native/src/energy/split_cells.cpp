@@ -10,9 +10,9 @@ namespace arap {
 
 namespace {
 
-/// Pieces of a cell that get of what has held vertices only: with more of them the whole could grow with the square of
-/// a cell.
-constexpr int kMostShares = 8;
+/// Where a cell has more pieces than this, the largest one gets all that has held vertices only: shares of specks would
+/// be many times the memory of the rest.
+constexpr size_t kMostShares = 4;
 
 class Splitter {
  public:
@@ -22,8 +22,8 @@ class Splitter {
   /// False if no cell has vertices of two parts.
   bool find_pieces();
   /// Shares what has held vertices only.
-  void find_shares(const CellTerms::Reader& terms);
-  [[nodiscard]] CellChanges changes(const CellTerms::Reader& terms) const;
+  void find_shares(const CellTerms::Reader& terms, const MeterPart& meter);
+  [[nodiscard]] CellChanges changes(const CellTerms::Reader& terms, const MeterPart& meter) const;
   [[nodiscard]] const std::vector<int>& origins() const { return origins_; }
 
  private:
@@ -80,9 +80,10 @@ class Splitter {
   const std::vector<char>& is_member_;
   std::vector<Piece> pieces_;  ///< by cell and part
   std::vector<int> slot_of_cell_;
-  std::vector<int> offsets_{0};    ///< of each slot, in the pieces
-  std::vector<int> cell_of_home_;  ///< of split cells, -1 elsewhere
-  std::vector<char> has_split_;    ///< (n,) vertices with split cells
+  std::vector<int> offsets_{0};                     ///< of each slot, in the pieces
+  std::vector<std::vector<const Piece*>> sharers_;  ///< of each slot: what gets of held vertices
+  std::vector<int> cell_of_home_;                   ///< of split cells, -1 elsewhere
+  std::vector<char> has_split_;                     ///< (n,) vertices with split cells
   std::vector<int> origins_;
 };
 
@@ -166,41 +167,44 @@ void Splitter::for_each_split(int v, const CellTerms::Reader& terms, const Use& 
   }
 }
 
-void Splitter::find_shares(const CellTerms::Reader& terms) {
-  for (int v = 0; v < static_cast<int>(parts_.size()); ++v)
+void Splitter::find_shares(const CellTerms::Reader& terms, const MeterPart& meter) {
+  const auto n = static_cast<int>(parts_.size());
+  for (int v = 0; v < n; ++v) {
+    meter.add_nth(v, n);
     for_each_split(v, terms, [&](int c, int part, const Vector3& q) {
       if (part >= 0) pieces_of(c)[place_of(c, part)].size += (rest_.row(v) - rest_.row(cells_.home(c))).dot(q);
     });
-  std::vector<Piece*> largest;
-  for (size_t slot = 0; slot + 1 < offsets_.size(); ++slot) {
-    largest.clear();
+  }
+  sharers_.resize(offsets_.size() - 1);
+  for (size_t slot = 0; slot < sharers_.size(); ++slot) {
+    std::vector<Piece*> largest;
     for (int k = offsets_[slot]; k < offsets_[slot + 1]; ++k) largest.push_back(&pieces_[k]);
     std::stable_sort(largest.begin(), largest.end(), [](const Piece* a, const Piece* b) { return a->size > b->size; });
-    if (largest.size() > kMostShares) largest.resize(kMostShares);
+    if (largest.size() > kMostShares) largest.erase(largest.begin() + 1, largest.end());
     double sum = 0;
     for (const Piece* piece : largest) sum += std::max(0.0, piece->size);
     for (Piece* piece : largest)
       piece->share = sum > 0 ? std::max(0.0, piece->size) / sum : 1 / static_cast<double>(largest.size());
+    sharers_[slot].assign(largest.begin(), largest.end());
   }
 }
 
-CellChanges Splitter::changes(const CellTerms::Reader& terms) const {
+CellChanges Splitter::changes(const CellTerms::Reader& terms, const MeterPart& meter) const {
   CellChanges result;
   for (const Piece& piece : pieces_) result.cells.push_back({piece.number, piece.home});
   std::sort(result.cells.begin(), result.cells.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
   RowAccumulator<Vector3> row(cells_.size() + static_cast<int>(origins_.size()));
   for (int v = 0; v < static_cast<int>(parts_.size()); ++v) {
+    meter.add_nth(v, static_cast<int>(parts_.size()));
     if (has_split_[v] == 0) continue;
     cells_.for_each_cell(v, [&](int c, const Vector3& q) {
       if (!is_split(c)) row[c] += q;
     });
     for_each_split(v, terms, [&](int c, int part, const Vector3& q) {
-      const std::span<const Piece> pieces = pieces_of(c);
       if (part >= 0)
-        row[pieces[place_of(c, part)].number] += q;
+        row[pieces_of(c)[place_of(c, part)].number] += q;
       else
-        for (const Piece& piece : pieces)
-          if (piece.share > 0) row[piece.number] += piece.share * q;
+        for (const Piece* piece : sharers_[slot_of_cell_[c]]) row[piece->number] += piece->share * q;
     });
     result.vertices.push_back({v, row.entries()});
     row.clear();
@@ -211,13 +215,14 @@ CellChanges Splitter::changes(const CellTerms::Reader& terms) const {
 }  // namespace
 
 std::unique_ptr<SplitCells> split_cells(const Cells& cells, const CellTerms& terms, const Positions& rest,
-                                        const std::vector<int>& parts, const std::vector<char>& is_member,
-                                        int threads) {
+                                        const std::vector<int>& parts, const std::vector<char>& is_member, int threads,
+                                        const MeterPart& meter) {
   Splitter splitter(cells, rest, parts, is_member);
   if (!splitter.find_pieces()) return nullptr;
   const std::unique_ptr<const CellTerms::Reader> reader = terms.open();
-  splitter.find_shares(*reader);
-  return std::make_unique<SplitCells>(SplitCells{Cells(cells, splitter.changes(*reader), threads), splitter.origins()});
+  splitter.find_shares(*reader, meter.part(0.3));
+  return std::make_unique<SplitCells>(SplitCells{
+      Cells(cells, splitter.changes(*reader, meter.part(0.3)), threads, meter.part(0.4)), splitter.origins()});
 }
 
 }  // namespace arap

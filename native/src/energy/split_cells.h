@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "energy/cells.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -46,9 +47,10 @@ struct SplitCells {
 /// @param parts      (n,) of each vertex, -1 = held. No term has vertices of two parts
 /// @param is_member  (n,) of a rigid region, or empty: the home of a further cell is none if it has another vertex of
 ///                   its part; a cell at home at a held member turns with the region as it is
+/// @param meter      is asked now and then
 /// @return  null if no cell has vertices of two parts
 [[nodiscard]] std::unique_ptr<SplitCells> split_cells(const Cells& cells, const CellTerms& terms, const Positions& rest,
                                                       const std::vector<int>& parts, const std::vector<char>& is_member,
-                                                      int threads);
+                                                      int threads, const MeterPart& meter = {});
 
 }  // namespace arap

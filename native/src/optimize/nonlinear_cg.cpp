@@ -179,10 +179,15 @@ bool NonlinearCg::is_soft_within(double accuracy, const Pose& pose, const SoftDi
   constexpr double kTurnedALittle = 0.1;
   constexpr double kSafety = 5;  // of a soft direction a few global steps find a part
   if (longest_correction() <= steps_.movement_rounding()) return true;  // as at rest
-  const auto is_within = [&] { return kSafety * soft_.distance() <= accuracy; };
+  const auto is_within = [&] {
+    const double distance = soft_.distance();
+    return kSafety * distance <= accuracy || soft_rounding_.is_lost(distance);
+  };
   const double turned = soft_.turned();
   if (turned <= kTurned && is_within()) return true;
-  return turned > kTurnedALittle && soft_.find(pose, may_go_on) && is_within();
+  if (turned <= kTurnedALittle || !soft_.find(pose, may_go_on)) return false;
+  soft_rounding_ = {};
+  return is_within();
 }
 
 bool ends_in_double(double accuracy) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,24 @@
 #include "optimize/time_budget.h"
 
 namespace arap {
+
+/// Tells when what should fall from iteration to iteration is rounding, and falls no more.
+class RoundingTest {
+ public:
+  [[nodiscard]] bool is_lost(double value) {
+    constexpr double kLess = 0.7;
+    constexpr int kPatience = 30;
+    if (value < kLess * least_) {
+      least_ = value;
+      n_since_ = 0;
+    }
+    return ++n_since_ > kPatience;
+  }
+
+ private:
+  double least_ = std::numeric_limits<double>::infinity();
+  int n_since_ = 0;
+};
 
 /// Nonlinear conjugate gradients on E(p') = min_R E(p', R), preconditioned by the factorized matrix. The preconditioned
 /// residual is the global step. With beta = 0 and length 1 an iteration is plain local/global: it is the first step,
@@ -28,6 +47,7 @@ class NonlinearCg {
   void restart() {
     is_fresh_ = true;
     distance_.forget();
+    soft_rounding_ = {};
   }
   /// The same, as if nothing had been solved before.
   void forget() {
@@ -71,6 +91,7 @@ class NonlinearCg {
 
   LocalGlobal& steps_;
   SoftDirections soft_;
+  RoundingTest soft_rounding_;
   bool is_fresh_ = true;
   double length_ = 1;
   double slope_ = 0;  ///< of minus the energy at the start of the last step, along it

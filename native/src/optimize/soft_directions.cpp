@@ -42,7 +42,10 @@ bool SoftDirections::find(const Pose& pose, const MayGoOn& may_go_on) {
   if (is_whole_ || n_tried_ == 0 || turned_from(fitted.rotations) > kOtherPose) begin(fitted.rotations);
   const Positions force = steps_.residual();
   const Positions free_force = steps_.with_free_residual([](const Positions& residual) { return residual; });
-  for (; n_tried_ < kTurns && may_go_on(); ++n_tried_) try_turn(n_tried_, fitted, force, free_force);
+  // One at least, so that a search goes on whatever the time is.
+  do {
+    try_turn(n_tried_++, fitted, force, free_force);
+  } while (n_tried_ < kTurns && may_go_on());
   static_cast<void>(steps_.fit(fitted));
   if (n_tried_ < kTurns) return false;
   if (n_ > 0) choose();
@@ -135,8 +138,11 @@ Eigen::VectorXd SoftDirections::products(int n_columns, const Positions& residua
   return parallel_reduce<kRows>(
       steps_.workers(), static_cast<int>(residual.rows()), Eigen::VectorXd(Eigen::VectorXd::Zero(n_columns)),
       [&](int begin, int end) -> Eigen::VectorXd {
-        const Eigen::VectorXf part = flat(residual, begin, end).cast<float>();
-        return (range_of(columns_, begin, end).leftCols(n_columns).transpose() * part).cast<double>();
+        // In double: the stiffness of a free motion is a difference of such products, and next to nothing.
+        const auto part = flat(residual, begin, end);
+        Eigen::VectorXd sums(n_columns);
+        for (int k = 0; k < n_columns; ++k) sums[k] = range_of(columns_, begin, end).col(k).cast<double>().dot(part);
+        return sums;
       },
       [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) -> Eigen::VectorXd { return a + b; });
 }

@@ -24,7 +24,8 @@ class SoftDirections {
     n_tried_ = 0;
   }
 
-  /// Finds them at a pose that is fitted, and stays so. False if may_go_on() said no first; then another call goes on.
+  /// Finds them at a pose that is fitted, and stays so. Does one turn at least; false if may_go_on() then said no, and
+  /// another call goes on.
   [[nodiscard]] bool find(const Pose& pose, const MayGoOn& may_go_on);
 
   /// By which angle cells have turned since they were found, root mean square; infinity before.

@@ -49,8 +49,9 @@ template <class AModel>
 double off_by(AModel& model, const Positions& targets, double accuracy, double diagonal) {
   const arap::SolveResult there = model.solve(targets, to_accuracy(accuracy));
   EXPECT_EQ(there.stop_reason, arap::StopReason::kConverged);
-  const Positions end = model.solve(targets, to_accuracy(1e-3 * accuracy)).positions;
-  return max_distance(there.positions, end) / (accuracy * diagonal);
+  const arap::SolveResult beyond = model.solve(targets, to_accuracy(1e-3 * accuracy));
+  EXPECT_EQ(beyond.stop_reason, arap::StopReason::kConverged);
+  return max_distance(there.positions, beyond.positions) / (accuracy * diagonal);
 }
 
 class SoftDirections : public OfEachModel {};
@@ -88,6 +89,38 @@ TEST_P(SoftDirections, FramesOfADragAreAsNearAsTheySay) {
       EXPECT_LE(off_by(model, task.targets, kAccuracy, diagonal), kMostOff) << each.name << ", " << n_frames;
     }
   }
+}
+
+/// Beside one or two points all of it can turn: nothing holds that, and only rounding says what it is off.
+TEST_P(SoftDirections, WhatCanTurnAsAWholeConvergesToo) {
+  const MeshData mesh = grid(20, Faces::kQuads, [](double x, double y) { return .02 * std::sin(9 * x + 5 * y * y); });
+  for (const std::vector<int>& held : {std::vector<int>{0}, {0, mesh.n_vertices() - 1}}) {
+    Task task;
+    for (const int v : held)
+      task.add(v, mesh.vertices[v] + (v == held.back() ? Vector3(.05, .1, .2) : Vector3(Vector3::Zero())));
+    arap::SurfaceArap model(mesh.mesh(), options());
+    model.set_constraints(task.constraints);
+    for (const double accuracy : {1e-6, 1e-8, 1e-9}) {
+      model.reset();
+      EXPECT_EQ(model.solve(task.targets, to_accuracy(accuracy)).stop_reason, arap::StopReason::kConverged)
+          << held.size() << " held, " << accuracy;
+    }
+  }
+}
+
+TEST_P(SoftDirections, AreFoundThoughEachSolveHasTimeForOneIterationOnly) {
+  const MeshData mesh = grid(20, Faces::kQuads);
+  const Task task = pull_at_a_point(mesh.positions(), 1, {.1, .2, .3});
+  arap::SurfaceArap model(mesh.mesh(), options());
+  model.set_constraints(task.constraints);
+  const int n_at_once = model.solve(task.targets, to_accuracy(1e-6)).iterations;
+  model.reset();
+  arap::SolveOptions hurried = to_accuracy(1e-6);
+  hurried.time_limit_s = 1e-9;
+  int n_solves = 1;
+  while (model.solve(task.targets, hurried).stop_reason != arap::StopReason::kConverged && n_solves < 4 * n_at_once)
+    ++n_solves;
+  EXPECT_LT(n_solves, 4 * n_at_once);
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, SoftDirections, testing::ValuesIn(all_models()), model_name);
