@@ -135,12 +135,12 @@ class OverlayTest(SceneTest):
 
     def test_shaders_and_batches_of_this_version_draw(self):
         """Drawn, with its pixels looked at. Older versions draw only in windows, which have their own tests."""
-        batches = module("ui.batches")
+        batches, point_shader = module("ui.batches"), module("scene.versions").POINT_SHADER
         if bpy.app.version < (4, 5, 0):
-            self.assertEqual(batches.POINT_SHADER, "UNIFORM_COLOR")
+            self.assertEqual(point_shader, "UNIFORM_COLOR")
             return
         self.begin_drawing()
-        for name in ("SMOOTH_COLOR", "POLYLINE_UNIFORM_COLOR", batches.POINT_SHADER):
+        for name in ("SMOOTH_COLOR", "POLYLINE_UNIFORM_COLOR", point_shader):
             self.assertIsNotNone(gpu.shader.from_builtin(name))
         corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float32)
         red = np.tile(np.array([1, 0, 0, 1], dtype=np.float32), (4, 1))
