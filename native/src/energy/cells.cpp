@@ -202,14 +202,15 @@ Cells::Cells(const Cells& others, const CellChanges& changes, int threads, const
   std::copy_n(others.homes_.data(), others.homes_.size(), homes_.data());
   ChangedRows by_cell(others.by_cell_, others.n_others_);
   for (size_t k = 0; k < members.size(); ++k) {
-    const auto [cell, home] = changes.cells[k];
+    const CellChanges::Cell& change = changes.cells[k];
     ChangedRows::Row& row = members[k];
-    const auto found = std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == home; });
+    const auto found =
+        std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == change.home; });
     const auto at = found != row.end() ? found : row.begin();
-    n_others_[cell] = static_cast<int>(row.size()) - 1;
-    homes_[cell] = row.empty() ? 0 : at->first;
+    n_others_[change.number] = static_cast<int>(row.size()) - 1;
+    homes_[change.number] = row.empty() ? 0 : at->first;
     if (!row.empty()) row.erase(at);
-    by_cell.change(cell, std::move(row));
+    by_cell.change(change.number, std::move(row));
   }
   by_cell_ = by_cell.rows(threads, meter.part(0.3));
   by_vertex_ = by_vertex.rows(threads, meter.part(0.3));
