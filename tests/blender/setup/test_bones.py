@@ -187,7 +187,6 @@ class BonesTest(SceneTest):
             armature,
             ["Lower", "Hand"],
         )
-        obj.vertex_groups.new(name="Lower")
         modifier = obj.modifiers.new("Armature", "ARMATURE")
         modifier.object = armature
         message = (
