@@ -59,7 +59,7 @@ class SceneTest(unittest.TestCase):
 
     def new_folder(self) -> Path:
         """An empty folder, removed after the test."""
-        folder = tempfile.TemporaryDirectory()
+        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)  # on Windows Blender keeps Alembic files open
         self.addCleanup(folder.cleanup)
         return Path(folder.name).resolve()
 
