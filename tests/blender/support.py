@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import sys
 import tempfile
 import unittest
 from collections.abc import Iterator
@@ -59,7 +60,8 @@ class SceneTest(unittest.TestCase):
 
     def new_folder(self) -> Path:
         """An empty folder, removed after the test."""
-        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)  # on Windows Blender keeps Alembic files open
+        # On Windows Blender keeps Alembic files open.
+        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=sys.platform == "win32")
         self.addCleanup(folder.cleanup)
         return Path(folder.name).resolve()
 

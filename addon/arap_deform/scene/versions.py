@@ -14,9 +14,9 @@ from ..core.arrays import Float32s
 
 # Below this many vertices for each tree a plain pass over the vertices' groups is faster than the node trees.
 NODES_PAY_FROM = 10_000
+MOST_IN_TREE = 16  # groups: to set up a tree takes time quadratic in its nodes
 # 4.5: points have a shader of their own, which not every graphics API can do without.
 POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
-MOST_IN_TREE = 16  # groups: to set up a tree takes time quadratic in its nodes
 
 
 def fields_of(points: Any) -> tuple[str, ...]:
