@@ -427,6 +427,8 @@ class RefusalTest(SceneTest):
         obj.vertex_groups.remove(obj.vertex_groups["Upper"])
         modifier.use_bone_envelopes = True
         self.assertRaises(ValueError, self.api.solve, obj)
+        modifier.use_bone_envelopes = modifier.use_vertex_groups = False  # it moves nothing
+        self.api.solve(obj)
 
     def test_what_the_mesh_is_hooked_to_is_no_handle(self):
         obj, empty = mesh_object(), empty_at((0.0, 0.0, 4.0), "Control")

@@ -32,10 +32,11 @@ def _is_moved(obj: bpy.types.Object, modifier: bpy.types.Modifier, target: bpy.t
         return False
     if not bone:
         return not _is_above(target, obj)
-    groups = obj.vertex_groups if modifier.use_vertex_groups else ()
+    if modifier.use_bone_envelopes:
+        return _deforms(target, bone)
     # A mesh without any group of the armature is to get them: its first weights would move it twice.
-    is_skinned = any(group.name in target.data.bones for group in groups)
-    return _deforms(target, bone, None if modifier.use_bone_envelopes or not is_skinned else groups)
+    groups = [group.name for group in obj.vertex_groups if group.name in target.data.bones]
+    return modifier.use_vertex_groups and _deforms(target, bone, groups or None)
 
 
 def _deforms(armature: bpy.types.Object, bone: str, groups: Container[str] | None = None) -> bool:
