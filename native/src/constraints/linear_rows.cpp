@@ -2,6 +2,7 @@
 #include "constraints/linear_rows.h"
 
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "arap/error.h"
@@ -17,6 +18,22 @@ Eigen::RowVector3d LinearRow::of(const Positions& x) const {
 }
 
 double LinearRow::sum() const { return std::accumulate(coefficients.begin(), coefficients.end(), 0.0); }
+
+LinearRow average_of(const Patches& patches, int p, const std::function<bool(int)>& counts) {
+  std::map<int, double> weight_of_vertex;
+  double sum = 0;
+  for (int k = patches.offsets[p]; k < patches.offsets[p + 1]; ++k) {
+    if (!(patches.weights[k] > 0) || !counts(patches.vertices[k])) continue;
+    weight_of_vertex[patches.vertices[k]] += patches.weights[k];
+    sum += patches.weights[k];
+  }
+  LinearRow average;
+  for (const auto& [v, weight] : weight_of_vertex) {
+    average.indices.push_back(v);
+    average.coefficients.push_back(weight / sum);
+  }
+  return average;
+}
 
 void LinearRows::validate(int n_unknowns) const {
   for (int r = 0; r < size(); ++r) {

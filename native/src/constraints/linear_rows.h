@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "arap/constraints.h"
 #include "arap/types.h"
 #include "parallel/workers.h"
 #include "sparse/sparse.h"
@@ -20,6 +22,10 @@ struct LinearRow {
   [[nodiscard]] Eigen::RowVector3d of(const Positions& x) const;
   [[nodiscard]] double sum() const;
 };
+
+/// The average of patch p, in the order of its vertices.
+/// @param counts  whether a vertex is part of it
+[[nodiscard]] LinearRow average_of(const Patches& patches, int p, const std::function<bool(int)>& counts);
 
 /// Linear constraints a_r x = t_r on the unknowns of a model, as many as one likes, each of a few unknowns. A soft row
 /// adds 1/2 w_r |a_r x - t_r|^2 to the energy; a hard row is met. Rows may repeat or contradict each other: soft ones

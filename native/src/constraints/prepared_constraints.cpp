@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "arap/error.h"
@@ -35,23 +34,6 @@ constexpr int kMostDense = 100;
 
 /// A row in the matrix joins all of its unknowns: a wide one would fill it.
 constexpr int kMostEntries = 64;
-
-/// A patch as a row of coefficients of sum 1.
-LinearRow average_of(const Patches& patches, int p) {
-  std::map<int, double> weight_of_vertex;
-  double sum = 0;
-  for (int k = patches.offsets[p]; k < patches.offsets[p + 1]; ++k) {
-    if (!(patches.weights[k] > 0)) continue;
-    weight_of_vertex[patches.vertices[k]] += patches.weights[k];
-    sum += patches.weights[k];
-  }
-  LinearRow average;
-  for (const auto& [v, weight] : weight_of_vertex) {
-    average.indices.push_back(v);
-    average.coefficients.push_back(weight / sum);
-  }
-  return average;
-}
 
 }  // namespace
 
@@ -168,7 +150,7 @@ void PreparedConstraints::read_patches(const PreparedModel& model, const Constra
   std::vector<LinearRow> averages;
   std::vector<int> targets;
   for (int p = 0; p < set.patches.size(); ++p) {
-    LinearRow average = average_of(set.patches, p);
+    LinearRow average = average_of(set.patches, p, [](int) { return true; });
     const int target = static_cast<int>(set.vertices.size()) + p;
     vertex_of_target[target] = average.indices.front();
     if (const int region = regions.region_of(average); region >= 0) {

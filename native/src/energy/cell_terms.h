@@ -17,10 +17,6 @@ namespace arap {
 /// Slices that a thread takes at once.
 inline constexpr int kSliceRange = 32;
 
-[[nodiscard]] inline size_t whole_slices(int n) {
-  return static_cast<size_t>((n + kSliceWidth - 1) / kSliceWidth) * static_cast<size_t>(kSliceWidth);
-}
-
 // What CellPasses asks of the cells of an energy, range by range of slices. find_covariances() comes before the fits of
 // new positions, find_turns() before the residual of new rotations.
 
@@ -118,7 +114,7 @@ class CubeTerms {
         means_(kNumbers * static_cast<size_t>(cubes_.n_cubes())),
         turns_(kNumbers * whole_slices(cubes_.size())) {}
 
-  [[nodiscard]] int n_cell_slices() const { return static_cast<int>(whole_slices(cubes_.size())) / kSliceWidth; }
+  [[nodiscard]] int n_cell_slices() const { return slices_of(cubes_.size()); }
   [[nodiscard]] int n_vertex_slices() const { return n_cell_slices(); }
   [[nodiscard]] int cell_range() const { return kSliceRange; }
 

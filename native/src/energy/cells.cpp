@@ -117,7 +117,7 @@ Cells::Cells(Rows rows, const std::vector<int>& homes, const std::vector<int>& n
   meter.tell();
   by_vertex_ = SlicedVectors(n_cells_, rows.n_shares());
   meter.tell();
-  homes_ = AlignedBuffer<int>(static_cast<size_t>(by_cell_.n_slices()) * kSliceWidth);
+  homes_ = AlignedBuffer<int>(whole_slices(size()));
   std::fill_n(homes_.data(), homes_.size(), 0);
   std::vector<std::vector<int>> next = std::move(sizes).first_entries();
   const MeterPart filling = meter.part(0.7);
@@ -154,7 +154,7 @@ class ChangedRows {
   }
 
   [[nodiscard]] SlicedVectors rows(int threads, const MeterPart& meter) const {
-    std::vector<char> is_own((sizes_.size() + kSliceWidth - 1) / kSliceWidth, 0);
+    std::vector<char> is_own(slices_of(static_cast<int>(sizes_.size())), 0);
     for (const auto& [row, entries] : changed_) is_own[row / kSliceWidth] = 1;
     SlicedVectors result(before_, is_own, at_least_0(sizes_), threads);
     auto next = changed_.begin();
@@ -181,7 +181,7 @@ class ChangedRows {
 
 }  // namespace
 
-Cells::Cells(const Cells& others, const CellChanges& changes, int threads, const MeterPart& meter)
+Cells::Cells(const Cells& others, CellChanges changes, int threads, const MeterPart& meter)
     : n_others_(others.n_others_), n_cells_(others.n_cells_), n_incidences_(others.n_incidences_) {
   if (!changes.cells.empty())
     n_others_.resize(std::max(n_others_.size(), static_cast<size_t>(changes.cells.back().number) + 1), -1);
@@ -189,15 +189,15 @@ Cells::Cells(const Cells& others, const CellChanges& changes, int threads, const
   for (int k = 0; k < std::ssize(changes.cells); ++k) change_of_cell[changes.cells[k].number] = k;
   std::vector<ChangedRows::Row> members(changes.cells.size());
   ChangedRows by_vertex(others.by_vertex_, others.n_cells_);
-  for (const auto& [v, row] : changes.vertices) {
+  for (auto& [v, row] : changes.vertices) {
     count_row(v, static_cast<int>(n_cells_.size()), meter.part(0.4));
     n_incidences_ += row.size() - static_cast<size_t>(n_cells_[v]);
     n_cells_[v] = static_cast<int>(row.size());
     for (const auto& [cell, q] : row)
       if (change_of_cell[cell] >= 0) members[change_of_cell[cell]].emplace_back(v, q);
-    by_vertex.change(v, row);
+    by_vertex.change(v, std::move(row));
   }
-  homes_ = AlignedBuffer<int>((n_others_.size() + kSliceWidth - 1) / kSliceWidth * kSliceWidth);
+  homes_ = AlignedBuffer<int>(whole_slices(size()));
   std::fill_n(homes_.data(), homes_.size(), 0);
   std::copy_n(others.homes_.data(), others.homes_.size(), homes_.data());
   ChangedRows by_cell(others.by_cell_, others.n_others_);

@@ -45,7 +45,7 @@ class Cells {
   /// Those of another one with some changes.
   /// @param others   have all their rows themselves, and must outlive these
   /// @param changes  what is changed, and further cells
-  Cells(const Cells& others, const CellChanges& changes, int threads, const MeterPart& meter = {});
+  Cells(const Cells& others, CellChanges changes, int threads, const MeterPart& meter = {});
 
   [[nodiscard]] int size() const { return static_cast<int>(n_others_.size()); }
   [[nodiscard]] size_t n_incidences() const { return n_incidences_; }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/offsets.h"
+#include "energy/sliced_rows.h"
 
 namespace arap {
 
@@ -14,8 +15,7 @@ CubeCells::CubeCells(int n_cells, std::vector<ControlPoints> control_points, std
 }
 
 void CubeCells::find_slots() {
-  const int n_whole = (n_cells_ + kSliceWidth - 1) / kSliceWidth * kSliceWidth;
-  offsets_.assign(static_cast<size_t>(n_whole) + 1, 0);
+  offsets_.assign(whole_slices(n_cells_) + 1, 0);
   for (const ControlPoints& of_cube : control_points_)
     for (const int c : of_cube) ++offsets_[c + 1];
   make_offsets(offsets_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -9,6 +10,11 @@
 #include "kernels/cell_kernels.h"
 
 namespace arap {
+
+/// Slices of n rows.
+[[nodiscard]] constexpr int slices_of(int n) { return (n + kSliceWidth - 1) / kSliceWidth; }
+/// n, filled up to whole slices.
+[[nodiscard]] constexpr size_t whole_slices(int n) { return size_t{kSliceWidth} * static_cast<size_t>(slices_of(n)); }
 
 /// Where the entries of rows are: sixteen rows side by side, see SlicedView.
 class SliceLayout {

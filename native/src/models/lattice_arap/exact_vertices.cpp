@@ -133,17 +133,9 @@ void ExactVertices::find_followers(const PolygonMesh& mesh, double reach) {
 
 void ExactVertices::find_patches(const ConstraintSet& set, const std::vector<int>& pieces) {
   for (int p = 0; p < set.patches.size(); ++p) {
-    LinearRow row;
-    double sum = 0;
-    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
-      if (pieces[set.patches.vertices[k]] < 0) continue;
-      row.indices.push_back(set.patches.vertices[k]);
-      row.coefficients.push_back(set.patches.weights[k]);
-      sum += set.patches.weights[k];
-    }
-    if (!(sum > 0)) continue;
-    for (double& coefficient : row.coefficients) coefficient /= sum;
-    patches_.add(std::move(row), 1);
+    LinearRow average = average_of(set.patches, p, [&](int v) { return pieces[v] >= 0; });
+    if (average.indices.empty()) continue;
+    patches_.add(std::move(average), 1);
     patch_targets_.push_back(static_cast<int>(set.vertices.size()) + p);
   }
   std::vector<char> is_fixed(pieces.size(), 0);
