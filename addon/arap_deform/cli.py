@@ -167,7 +167,7 @@ def _work(options: argparse.Namespace, output: Path) -> None:
         acts = _kept(acts, first)
         while acts:
             say(acts[0].tell(run_job(acts[0].job)))
-            sessions.drop(acts.pop(0).job.object_name)  # a shot has many meshes
+            sessions.drop(acts.pop(0).job.uid)  # a shot has many meshes
             if later and not acts:  # these hang on the shapes that are there now
                 acts = _all_acts(later.pop(0), scene, options)
     finally:
@@ -177,11 +177,11 @@ def _work(options: argparse.Namespace, output: Path) -> None:
 
 def _kept(acts: Sequence[Act], objects: Sequence[bpy.types.Object]) -> list[Act]:
     """The work on these objects; the other one is cancelled."""
-    names = {obj.name for obj in objects}
+    uids = {obj.session_uid for obj in objects}
     for act in acts:
-        if act.job.object_name not in names:
+        if act.job.uid not in uids:
             act.job.cancel()
-    return [act for act in acts if act.job.object_name in names]
+    return [act for act in acts if act.job.uid in uids]
 
 
 def _all_acts(objects: Sequence[bpy.types.Object], scene: bpy.types.Scene, options: argparse.Namespace) -> list[Act]:

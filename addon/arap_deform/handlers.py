@@ -1,20 +1,40 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the add-on forgets after a load, an evaluation, a new frame, or an undo."""
+"""What Blender tells the add-on: the scene was evaluated, another frame, an undo, another file.
+
+Each handler tells the rooms in turn. A fault of one, or with one object, keeps no other from its turn.
+"""
 
 from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from functools import partial
 
 import bpy
 from bpy.app.handlers import persistent
 
+from .carry import run as carry
 from .core import sessions
-from .pull import draw, region, seen_mesh
-from .scene import remembered
+from .follow import applied
+from .live import runs
+from .pose import run as posing
+from .pose import starts, undo
+from .pull import draw, region, seen_mesh, tool
+from .pull import operators as pulling
+from .scene import known, registration, remembered
+from .scene.registration import for_each
 from .scene.seen import look
+from .setup import rows
+from .show import overlay
 from .ui import modal
 
 
-def _is_there(name: str) -> bool:
-    return bpy.data.objects.get((name, None)) is not None
+def _tell(*rooms: Callable[[], object]) -> None:
+    for room in rooms:
+        try:
+            room()
+        except Exception:  # noqa: BLE001 - whatever it is, the others are not at fault
+            traceback.print_exc()
 
 
 def _forget_looks() -> None:
@@ -25,34 +45,101 @@ def _forget_looks() -> None:
     draw.clear()
 
 
+def _forget_gone() -> None:
+    gone = known.forget_gone()
+    if gone:
+        known.look_for_new()  # a copy may have taken the place of one: the file has as many objects as before
+    sessions.forget(gone)
+    for uid in gone:
+        carry.forget(uid)
+
+
+@persistent
+def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if registration.is_quiet() or not known.any_objects():
+        return
+    has_new_objects = depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION")
+    if has_new_objects:
+        _forget_gone()
+    updates = known.updates(depsgraph)
+    for_each(updates, _updated)
+    _tell(
+        partial(runs.scene_changed, scene, depsgraph, updates),
+        partial(carry.catch_up_after, depsgraph),
+        partial(remembered.forget_handles, has_new_objects=has_new_objects),
+        partial(posing.scene_changed, scene, depsgraph, updates),
+    )
+
+
+def _updated(update: known.Update) -> None:
+    _tell(*(partial(room, update) for room in UPDATED))
+
+
+UPDATED = (
+    applied.updated,
+    overlay.updated,
+    carry.updated,
+    remembered.forget_updated,
+    look.forget_updated,
+    seen_mesh.forget_updated,
+)
+
+
+@persistent
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if not known.any_objects():
+        return
+    for_each(known.updates(depsgraph), applied.updated)
+    _tell(
+        partial(runs.frame_changed, scene, depsgraph),
+        overlay.frame_changed,
+        seen_mesh.forget_places,
+        partial(posing.scene_changed, scene, depsgraph, None),
+    )
+
+
+@persistent
+def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
+    _undone(scene, bpy.ops.ed.undo)
+
+
+@persistent
+def _on_redo(scene: bpy.types.Scene, *_: object) -> None:
+    _undone(scene, bpy.ops.ed.redo)
+
+
+def _undone(scene: bpy.types.Scene, step: Callable[[], set[str]]) -> None:
+    known.look_for_new()
+    _forget_gone()
+    _tell(
+        _forget_looks,
+        overlay.forget,
+        applied.replaced,
+        partial(runs.undone, scene),
+        partial(undo.pass_over, step),
+        carry.undone,
+        tool.replaced,
+        pulling.undone,
+        posing.undone,
+    )
+
+
 @persistent
 def _on_load(*_: object) -> None:
-    # live forgets the sessions: its runs must end first.
-    _forget_looks()
-    region.forget_fine()
-
-
-@persistent
-def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    # Objects that only move or deform, as in a drag, are still there. The look-up takes long in a large scene.
-    if depsgraph.id_type_updated("SCENE") or not all(
-        update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
-    ):
-        sessions.forget_missing(_is_there)
-    remembered.forget_updated(depsgraph, sessions.acts)
-    look.forget_updated(depsgraph)
-    seen_mesh.forget_updated(depsgraph)
-
-
-@persistent
-def _on_frame(*_: object) -> None:
-    seen_mesh.forget_places()
-
-
-@persistent
-def _on_undo(*_: object) -> None:
-    sessions.forget_missing(_is_there)
-    _forget_looks()
+    known.clear()
+    known.look_for_new()
+    _tell(
+        _forget_looks,
+        region.forget_fine,
+        overlay.forget,
+        starts.forget,
+        undo.forget,
+        carry.clear,
+        applied.replaced,
+        rows.count_all,
+        runs.loaded,
+        tool.replaced,
+    )
 
 
 CALLBACKS = (
@@ -60,12 +147,13 @@ CALLBACKS = (
     (bpy.app.handlers.depsgraph_update_post, _on_update),
     (bpy.app.handlers.frame_change_post, _on_frame),
     (bpy.app.handlers.undo_post, _on_undo),
-    (bpy.app.handlers.redo_post, _on_undo),
+    (bpy.app.handlers.redo_post, _on_redo),
 )
 
 
 def unregister() -> None:
     modal.abort_all("The add-on was disabled")
     sessions.clear()
+    known.clear()
     _forget_looks()
     region.forget_fine()

@@ -82,7 +82,7 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
     repeat(frame, WARM_UP)
     watch.rows.clear()
     repeat(frame, len(drags))
-    importlib.import_module(f"{package}.core.sessions").drop(obj.name)
+    importlib.import_module(f"{package}.core.sessions").drop(obj.session_uid)
     solve = f"solve, {plural(iterations, 'iteration')}"
     return first | {solve if name == "solve" else name: times for name, times in watch.rows.items()}
 
@@ -106,7 +106,7 @@ def act_frames(package: str, obj) -> Milliseconds:
         start = time.perf_counter()
         bpy.context.view_layer.update()
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        with scene.evaluated(depsgraph, is_frame=True):
+        with scene.evaluated(depsgraph, None):
             act.scene_changed()
         bpy.context.view_layer.update()
         rows["whole frame, by itself"].append(1e3 * (time.perf_counter() - start))
@@ -118,7 +118,7 @@ def act_frames(package: str, obj) -> Milliseconds:
     repeat(frame, WARM_UP)
     rows.clear()
     repeat(frame, len(drags))
-    importlib.import_module(f"{package}.core.sessions").drop(obj.name)
+    importlib.import_module(f"{package}.core.sessions").drop(obj.session_uid)
     return rows
 
 

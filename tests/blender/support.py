@@ -75,6 +75,11 @@ class SceneTest(unittest.TestCase):
         np.testing.assert_allclose(actual, expected, rtol=0.0, atol=atol)
 
 
+def uid(name: str) -> int:
+    """Of the local object of that name."""
+    return bpy.data.objects[name, None].session_uid
+
+
 def opened_again() -> bpy.types.Object:
     """The tube, after its file was saved and opened again."""
     with tempfile.TemporaryDirectory() as folder:

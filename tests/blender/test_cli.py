@@ -46,7 +46,7 @@ class CliTest(SceneTest):
         """Runs a command that must succeed on the input; what it printed, and the object in the output."""
         code, out, err = self.run_cli(*arguments, "-o", self.output)
         self.assertEqual((code, err), (0, ""))
-        self.assertIsNone(module("core.sessions").get("Tube"), "what it has bound it gives back")
+        self.assertEqual(module("core.sessions")._bound, {}, "what it has bound it gives back")
         self.assertTrue(out.endswith(f"Saved {self.output}\n"))
         return out, self.load(self.output)
 

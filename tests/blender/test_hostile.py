@@ -124,7 +124,7 @@ class HostileTest(SceneTest):
                 said = io.StringIO()
                 with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
                     obj, rest = self.opened(make_hostile)
-                    self.assertIsNone(sessions.get(obj.name), "nothing is bound")
+                    self.assertIsNone(sessions.get(obj.session_uid), "nothing is bound")
                     self.assertEqual((key_names(obj), bpy.data.is_dirty), (["Basis", "ARAP"], self.new_is_dirty))
                     move(bpy.data.objects["Head"], (0.0, 0.0, 0.1))
                     bpy.context.scene.frame_set(2)

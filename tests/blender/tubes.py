@@ -92,6 +92,14 @@ def bend(obj: bpy.types.Object) -> None:
     move(obj.arap.handles[0].target, (0.0, 1.0, -0.6), (-0.9, 0.0, 0.2))
 
 
+def live_tube(name: str = "Tube") -> bpy.types.Object:
+    """posable(), which follows."""
+    obj = posable(name)
+    obj.arap.is_live = True
+    bpy.context.view_layer.update()
+    return obj
+
+
 def solved(name: str = "Tube", matrix: Matrix | None = None) -> bpy.types.Object:
     """posable(), bent and solved."""
     obj = posable(name, matrix)

@@ -102,7 +102,17 @@ class Ui:
         self.pull_tool: Any = importlib.import_module(f"{MODULE}.pull.tool")
         self.shapes_job: Any = importlib.import_module(f"{MODULE}.bake.shapes_job")
         self.waiting: Any = importlib.import_module(f"{MODULE}.ui.waiting")
-        self.running: Any = self.sessions.acts
+        self.known: Any = importlib.import_module(f"{MODULE}.scene.known")
+
+    @property
+    def running(self) -> dict[str, Any]:
+        """The acts under way, by the names of their objects."""
+        found = {uid: self.known.find(uid) for uid in self.sessions.acts}
+        return {obj.name if obj else str(uid): self.sessions.acts[uid] for uid, obj in found.items()}
+
+    def session_of(self, name: str) -> Any:
+        """The live session of the object of that name, with what it was made from."""
+        return self.sessions.get(bpy.data.objects[name].session_uid)
 
     @contextlib.contextmanager
     def _held(self, holding: AbstractContextManager[Gate]) -> Iterator[Gate]:

@@ -39,7 +39,7 @@ class MainLoop:
         self._drawn_from: float | None = None
         self._drawn_ms = 0.0
         self._n_left = 0
-        self._watch.watch_session(MODULE, ui.sessions.get("Creature").session)
+        self._watch.watch_session(MODULE, ui.session_of("Creature").session)
 
     def watch_step(self, owner: object, function: str, name: str) -> None:
         """Times a step of the add-on's part that not every act has."""

@@ -56,7 +56,7 @@ def test_disabled_while_a_mesh_that_follows_is_prepared(ui: Ui) -> Steps:
     yield from test_live.begin(ui)
     for _ in range(2):
         with ui.held_stage():
-            ui.sessions.drop("Bar")
+            ui.sessions.drop(bpy.data.objects["Bar"].session_uid)
             handle().location.x += 1.0
             yield from ui.until_bar("Preparing Bar, ")
             assert has_key()

@@ -42,7 +42,7 @@ def test_hostile_files_are_drawn_and_pulled(ui: Ui) -> Steps:
         yield from ui.open_tab()
         obj = bpy.context.view_layer.objects.active
         run = ui.live.run_of(obj)
-        assert (run.is_settled, run.wants_timer, ui.sessions.get(obj.name)) == (True, bool(run.pause), None)
+        assert (run.is_settled, run.wants_timer, ui.sessions.get(obj.session_uid)) == (True, bool(run.pause), None)
         for place in ((0.2, 0.0, 0.2), (0.0, 0.3, 0.2)):
             yield from test_pull.point_at(ui, place)
             ui.view.tag_redraw()

@@ -254,7 +254,7 @@ def test_live_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
     bar().arap.overlay.show_strain = True  # its legend is near the bar
     assert not ui.can(bpy.ops.arap.preparing_cancel), "without a bind Esc is Blender's own"
     with ui.held_stage():
-        ui.sessions.drop("Bar")
+        ui.sessions.drop(bpy.data.objects["Bar"].session_uid)
         bpy.data.objects["Top"].location.x += 1.0
         yield from ui.until(lambda: bool(texts), "the bar is drawn")
         assert texts[0].startswith("Preparing Bar, ")
@@ -280,7 +280,7 @@ def test_live_frame_that_must_bind_catches_up(ui: Ui) -> Steps:
     """The first step to another frame after a load does not wait for the bind, however long that takes."""
     yield from begin(ui)
     animate(bpy.data.objects["Top"], reach=1.5)
-    ui.sessions.drop("Bar")
+    ui.sessions.drop(bpy.data.objects["Bar"].session_uid)
     with ui.held_stage() as gate:
         bpy.context.scene.frame_set(15)
         assert ui.live.run_of(bar()).is_binding
@@ -308,7 +308,7 @@ def test_live_of_an_opened_file_binds_nothing_before_something_moves(ui: Ui) -> 
         yield from ui.move_mouse_to_view()
         bpy.context.scene.frame_set(frame)
         yield
-        assert (ui.sessions.get("Bar"), bar().data.shape_keys, bpy.data.is_dirty) == (None, None, False)
+        assert (ui.session_of("Bar"), bar().data.shape_keys, bpy.data.is_dirty) == (None, None, False)
     assert is_settled(ui)
     ui.select(bpy.data.objects["Top"])
     yield from drag(ui)

@@ -153,7 +153,7 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     handle().location.x = 1.0
     yield from ui.key("RET")
     yield from ui.until(
-        lambda: ui.sessions.readout(bar().name) is not None,
+        lambda: ui.sessions.readout(bar().session_uid) is not None,
         "the search has run ARAP Solve",
     )
 
@@ -281,11 +281,10 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
     bpy.context.view_layer.update()
     bpy.ops.ed.undo_push(message="scene")
     yield from ui.open_tab()
-    acts = ui.running
     for after in (0.0, ui.solve.BIND_SHARE):  # Esc while the mesh is bound, then while it is solved
         with ui.held_stage(after=after):
             ui.call(bpy.ops.arap.solve)
-            job = acts["Grid"]
+            job = ui.running["Grid"]
             assert job.doing == "it is solved"
             yield from ui.until_held()
             yield from ui.until(lambda job=job, after=after: job.fraction > after, "the solver tells how far it is")
@@ -293,10 +292,10 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
             yield from ui.key("ESC")
             yield from ui.until_free()
         assert obj.data.shape_keys is None
-        assert ui.sessions.readout(obj.name) is None
+        assert ui.sessions.readout(obj.session_uid) is None
     ui.call(bpy.ops.arap.solve)
     yield from ui.until_free()
-    assert ui.sessions.readout(obj.name) is not None
+    assert ui.sessions.readout(obj.session_uid) is not None
     np.testing.assert_allclose(scenes.shown_positions(obj)[-20:, 2], 1.0, atol=1e-4)
     yield
     yield from ui.undo()

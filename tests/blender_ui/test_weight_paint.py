@@ -83,7 +83,7 @@ def rest(ui: Ui) -> Steps:
 
 
 def session(ui: Ui) -> object:
-    return ui.sessions.get("Bar").session
+    return ui.session_of("Bar").session
 
 
 def assert_as_solved(ui: Ui) -> None:

@@ -8,15 +8,15 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..carry.problems import below
-from ..scene import baked, fcurves, shape_keys
+from ..scene import baked, fcurves, known, shape_keys
 
-Curve = tuple[str, int, str]  # name of the object, and of its F-curves and drivers the number and the path
+Curve = tuple[int, int, str]  # uid of the object, and of its F-curves and drivers the number and the path
 
 
 class FormerBakes:
     """Mutes the F-curves of keys that bakes have made, and what gives their values to followers, until wake().
 
-    Holds names, no Blender data.
+    Holds no Blender data.
     """
 
     def __init__(self, objs: Iterable[bpy.types.Object]) -> None:
@@ -26,8 +26,8 @@ class FormerBakes:
 
     def wake(self) -> None:
         """Everything is as before. Does nothing the second time."""
-        for name in {name for name, _, _ in self._muted}:
-            obj = bpy.data.objects.get((name, None))
+        for uid in {uid for uid, _, _ in self._muted}:
+            obj = known.find(uid)
             for curve, fcurve in _curves(obj) if obj is not None else ():
                 if curve in self._muted:
                     fcurve.mute = False
@@ -53,4 +53,4 @@ def _curves(obj: bpy.types.Object) -> Iterator[tuple[Curve, bpy.types.FCurve]]:
         return
     for i, fcurve in enumerate((*fcurves.all_fcurves_of(keys), *keys.animation_data.drivers)):
         if fcurve.id_data.library is None:
-            yield (obj.name, i, fcurve.data_path), fcurve
+            yield (obj.session_uid, i, fcurve.data_path), fcurve

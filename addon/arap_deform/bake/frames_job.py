@@ -59,7 +59,7 @@ class FramesJob(ShapesJob[Result]):
 
     def _begin_shape(self) -> None:
         assert self._session is not None
-        now = self._walk.motion(self.object_name, self._n_done)
+        now = self._walk.motion(self.uid, self._n_done)
         if is_same_stretch(self._session.stretch, now.stretch) and are_same(self._session.mirrors, now.mirrors):
             self._matrices = now.matrices
         else:
@@ -70,5 +70,5 @@ class FramesJob(ShapesJob[Result]):
         return self._n_done == 0
 
     def _go_back(self) -> None:
-        self._walk.leave(self.object_name)
+        self._walk.leave(self.uid)
         super()._go_back()

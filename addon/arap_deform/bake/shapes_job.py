@@ -18,7 +18,7 @@ from ..core.session_data import Readout, readout_of_whole
 from ..core.session_input import SessionInput
 from ..core.sessions import AnySession
 from ..follow import mesh
-from ..scene import meshes
+from ..scene import known, meshes
 from ..scene.inputs import read_input
 
 Result = TypeVar("Result")
@@ -29,7 +29,7 @@ class ShapesJob(ABC, Generic[Result]):
 
     If no live session fits, the mesh is bound first, in the background, from the first step() on: of many jobs that are
     checked before any work, one is bound at a time. Nothing in the file changes before finish(), except what a kind of
-    job says in its own text. If step() or finish() raises, call cancel(): it puts everything back. It holds names, no
+    job says in its own text. If step() or finish() raises, call cancel(): it puts everything back. It holds no
     Blender data.
     """
 
@@ -40,10 +40,11 @@ class ShapesJob(ABC, Generic[Result]):
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, n_shapes: int) -> None:
         """``obj`` is checked. Raises RuntimeError if an act uses it."""
-        sessions.check_free(obj.name)
-        self.object_name: str = obj.name
+        sessions.check_free(obj)
+        self.uid = known.add(obj)
+        self.object_name: str = obj.name  # for messages
         self.n_shapes = n_shapes
-        self._scene_name = scene.name
+        self._scene_uid, self._scene_name = scene.session_uid, scene.name
         self._n_done = 0
         self._is_done = False
         self._parts: list[Readout] = []  # of the shape being solved
@@ -62,7 +63,7 @@ class ShapesJob(ABC, Generic[Result]):
         session = mesh.fitting(obj, self._inputs)
         if session is not None:
             self._take_live(session)
-        sessions.claim(obj.name, self)
+        sessions.claim(obj, self)
 
     @property
     def fraction(self) -> float:
@@ -121,7 +122,7 @@ class ShapesJob(ABC, Generic[Result]):
             job = f"The {self.noun} of '{self.object_name}'"
             raise RuntimeError(f"{job} is not done: call step() until it returns False")
         result = self._write(self._object())
-        sessions.set_readout(self.object_name, self.readouts[-1])
+        sessions.set_readout(self.uid, self.readouts[-1])
         self._go_back()
         return result
 
@@ -209,18 +210,18 @@ class ShapesJob(ABC, Generic[Result]):
     def _go_back(self) -> None:
         if self._live_session is not None and self._live_positions is not None:
             self._live_session.set_positions(self._live_positions)
-        sessions.release(self.object_name, self)
+        sessions.release(self.uid, self)
         if self._has_bound:
-            sessions.drop_idle(self.object_name)
+            sessions.drop_idle(self.uid)
 
     def _scene(self) -> bpy.types.Scene:
-        scene = bpy.data.scenes.get(self._scene_name)
+        scene = known.find_scene(self._scene_uid)
         if scene is None:
             raise RuntimeError(f"Scene '{self._scene_name}' is gone: the {self.noun} has ended")
         return scene
 
     def _object(self) -> bpy.types.Object:
-        obj = bpy.data.objects.get(self.object_name)
+        obj = known.find(self.uid)
         if obj is None:
             raise RuntimeError(f"'{self.object_name}' is gone: the {self.noun} has ended")
         meshes.check_mesh(obj)

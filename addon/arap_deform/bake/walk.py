@@ -16,7 +16,7 @@ import bpy
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.mirror import Mirror
-from ..scene import frame_state, handle_motion, meshes
+from ..scene import frame_state, handle_motion, known, meshes
 from .former_bakes import FormerBakes
 from .shapes_job import depsgraph_of
 
@@ -31,7 +31,7 @@ class FrameMotion:
 
 
 class FramesWalk:
-    """Reads frames for the meshes that join, in steps. Holds no Blender data, but names.
+    """Reads frames for the meshes that join, in steps. Holds no Blender data.
 
     It changes the current frame while it reads, and meanwhile the F-curves of the meshes' former bakes are muted: they
     are evaluated for nothing. When the last mesh leaves, all animated values are as before.
@@ -39,11 +39,11 @@ class FramesWalk:
 
     def __init__(self, scene: bpy.types.Scene, frames: Sequence[int]) -> None:
         self.frames = list(frames)
-        self._scene_name: str = scene.name
+        self._scene_uid: int = scene.session_uid
         self._frame_before = (scene.frame_current, scene.frame_subframe)
         self._values_before = frame_state.capture()
-        self._motions: dict[str, list[FrameMotion]] = {}
-        self._rests: dict[str, Floats] = {}
+        self._motions: dict[int, list[FrameMotion]] = {}  # by uid of the mesh
+        self._rests: dict[int, Floats] = {}
         self._former: FormerBakes | None = None
         self._n_read = 0
 
@@ -62,11 +62,12 @@ class FramesWalk:
 
     def join(self, obj: bpy.types.Object, rest: Floats) -> None:
         """Reads for this mesh, too. Before the first step. ``rest``: (n, 3)."""
-        self._motions[obj.name], self._rests[obj.name] = [], rest
+        uid = known.add(obj)
+        self._motions[uid], self._rests[uid] = [], rest
 
-    def motion(self, object_name: str, index: int) -> FrameMotion:
+    def motion(self, uid: int, index: int) -> FrameMotion:
         """Of a frame, once all are read."""
-        return self._motions[object_name][index]
+        return self._motions[uid][index]
 
     def forget_values(self, data: bpy.types.ID, data_paths: set[str]) -> None:
         """These are written by the work: they will not be as before."""
@@ -78,9 +79,10 @@ class FramesWalk:
         Raises:
             ValueError: a handle cannot work in a frame, or a mesh is scaled to nothing there.
         """
-        scene, end = bpy.data.scenes[self._scene_name], time.monotonic() + time_limit_s
+        scene, end = known.find_scene(self._scene_uid), time.monotonic() + time_limit_s
+        assert scene is not None  # the job of each mesh has looked
         if self._former is None:
-            self._former = FormerBakes([bpy.data.objects[name] for name in self._motions])
+            self._former = FormerBakes([obj for obj in map(known.find, self._motions) if obj is not None])
         while True:
             scene.frame_set(self.frame)
             self._read(depsgraph_of(scene))
@@ -89,17 +91,19 @@ class FramesWalk:
             if self.is_done or time.monotonic() >= end:
                 return
 
-    def leave(self, object_name: str) -> None:
+    def leave(self, uid: int) -> None:
         """The work on this mesh has ended. Does nothing if it has left."""
-        if self._motions.pop(object_name, None) is not None and not self._motions:
+        if self._motions.pop(uid, None) is not None and not self._motions:
             self._go_back()
-        self._rests.pop(object_name, None)
+        self._rests.pop(uid, None)
 
     def _read(self, depsgraph: bpy.types.Depsgraph) -> None:
         problems = []
-        for name, motions in self._motions.items():
+        for uid, motions in self._motions.items():
+            obj = known.find(uid)
+            assert obj is not None  # the job of each mesh has looked
             try:
-                motions.append(self._motion_now(bpy.data.objects[name], depsgraph))
+                motions.append(self._motion_now(obj, depsgraph))
             except ValueError as error:
                 problems.append(str(error))
         if problems:
@@ -108,13 +112,13 @@ class FramesWalk:
 
     def _motion_now(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> FrameMotion:
         stretch = meshes.read_stretch(obj, depsgraph)
-        mirrors = meshes.read_mirrors(obj, depsgraph, stretch, self._rests[obj.name])
+        mirrors = meshes.read_mirrors(obj, depsgraph, stretch, self._rests[obj.session_uid])
         return FrameMotion(stretch, mirrors, handle_motion.handle_matrices(obj, depsgraph))
 
     def _go_back(self) -> None:
         if self._former is not None:
             self._former.wake()
-        scene = bpy.data.scenes.get(self._scene_name)
+        scene = known.find_scene(self._scene_uid)
         if scene is not None:
             frame, subframe = self._frame_before
             scene.frame_set(frame, subframe=subframe)

@@ -13,7 +13,7 @@ from ..core.arrays import Floats, Ints
 from ..core.background import stage
 from ..core.job import BackgroundJob, run_job
 from ..core.transforms import SolverSpace
-from ..scene import handle_motion, meshes, pose_key
+from ..scene import handle_motion, known, meshes, pose_key
 from ..scene.cages import read
 from ..setup.handle_changes import making, take_over
 from ..setup.handles import all_or_none, new_handle
@@ -36,7 +36,8 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
         """Begins. Raises ValueError if the object has no mesh of this file."""
         meshes.check_mesh(obj)
         meshes.check_local(obj)
-        self.object_name: str = obj.name
+        self.uid = known.add(obj)
+        self.object_name: str = obj.name  # for messages
         self._coordinates = coordinates
         self._space = SolverSpace(meshes.read_stretch(obj, bpy.context.evaluated_depsgraph_get()))
         shown = self._space.to_solver(pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64))
@@ -64,7 +65,7 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
 
     def find_object(self) -> bpy.types.Object:
         """The mesh. Raises RuntimeError if it is gone."""
-        obj = bpy.data.objects.get((self.object_name, None))
+        obj = known.find(self.uid)
         if obj is None:
             raise RuntimeError(f"'{self.object_name}' is gone: its cage was not made")
         return obj

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import time
 
+import bpy
+
 from ..core.background import Background, Steps
 from ..core.carry.wrap import Wrap
 from ..follow.scene import is_rendering
+from ..scene import known
 from ..ui import waiting
 from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind
@@ -15,11 +18,12 @@ from . import problems
 
 
 class Binding(EndedByEsc):
-    """Holds a name, no Blender data."""
+    """Holds no Blender data."""
 
-    def __init__(self, name: str, steps: Steps[Wrap]) -> None:
+    def __init__(self, target: bpy.types.Object, steps: Steps[Wrap]) -> None:
         """Begins."""
-        self._name = name
+        self._uid = known.add(target)
+        self._name = target.name  # for messages
         self._began = time.monotonic()
         self.work = Background(steps)
         waiting.watch(self)
@@ -40,7 +44,7 @@ class Binding(EndedByEsc):
         return None if is_rendering() else wait_for_bind(self._name, self, ends_on_esc=is_free())
 
     def give_up(self) -> str:
-        pair = problems.pair_of(self._name)
+        pair = problems.pair_of(self._uid)
         if pair is None:
             return ""
         pair[1].is_enabled = False  # which stops the work

@@ -12,52 +12,53 @@ import numpy as np
 from ..core import native
 from ..core.arrays import Float32s
 from ..follow.act import print_fault
-from ..scene import meshes, shape_keys, versions
+from ..scene import known, meshes, shape_keys, versions
 from ..scene.console import say
 from . import late, problems, twins, wraps
 
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
 
-_busy: set[str] = set()
-"""Names of the followers that are written now: those of a damaged file may go along in a circle."""
+_busy: set[int] = set()
+"""Uids of the followers that are written now: those of a damaged file may go along in a circle."""
 
 
 def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
     """Why an entry of the list does not go along now, or is not seen to, '' if it is."""
     problem = problems.problem_of(body, follower)
-    return problem or late.faults.get(follower.target.name, "") or twins.why_hidden(body, follower.target)
+    return problem or late.faults.get(follower.target.session_uid, "") or twins.why_hidden(body, follower.target)
 
 
 def guarded(body: bpy.types.Object, follower: ArapFollower, act: Callable[[], object]) -> None:
     """Calls ``act`` for a follower that can work. Does not raise: nothing of a follower may stop its body."""
-    name = follower.target.name if follower.target is not None else ""
-    if not name or name in _busy:
+    if follower.target is None or follower.target.session_uid in _busy:
         return
-    _busy.add(name)
+    name, uid = follower.target.name, known.add(follower.target)
+    known.add(body)
+    _busy.add(uid)
     try:
         fault = problems.problem_of(body, follower)
         if fault:
             if follower.target.arap.carried.body == body:  # not of a copy
-                late.add(name, twins.names_of(body))
-            _say(name, fault)
+                late.add(uid, twins.names_of(body))
+            _say(uid, fault)
         else:
-            late.faults.pop(name, None)
+            late.faults.pop(uid, None)
             act()
     except native.ERRORS as error:
-        late.faults[name] = native.sentence_of(error)
-        _say(name, late.faults[name])
+        late.faults[uid] = native.sentence_of(error)
+        _say(uid, late.faults[uid])
     except Exception as error:  # noqa: BLE001 - as the text says
-        late.faults[name] = f"'{name}' does not go along because of a fault in the add-on: {error}"
+        late.faults[uid] = f"'{name}' does not go along because of a fault in the add-on: {error}"
         print_fault(error)
     finally:
-        _busy.discard(name)
+        _busy.discard(uid)
 
 
-def _say(name: str, text: str) -> None:
+def _say(uid: int, text: str) -> None:
     """Says once what is wrong, where there is no list to look at."""
-    if bpy.app.background and late.told.get(name) != text:
-        late.told[name] = text
+    if bpy.app.background and late.told.get(uid) != text:
+        late.told[uid] = text
         say(f"ARAP: {text}")
 
 
@@ -74,12 +75,12 @@ def keep_up(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool = 
     names = twins.names_of(body) if follower.is_enabled else []
     twins.let_go(body, target)
     twins.keep_only(target, names)
-    noted = late.add(target.name, [name for name in names if twins.find(target, name) is None])
-    if not may_wait and wraps.is_bound(target.name):
-        wraps.suspect(target.name)
+    noted = late.add(target.session_uid, [name for name in names if twins.find(target, name) is None])
+    if not may_wait and wraps.is_bound(target.session_uid):
+        wraps.suspect(target.session_uid)
         if wraps.get(body, follower) is None:
             noted.update(names)
-    late.done(target.name, noted.difference(names))
+    late.done(target.session_uid, noted.difference(names))
     twins.tie(body, target)
     is_any_new = False
     for name in [name for name in names if name in noted]:
@@ -87,7 +88,7 @@ def keep_up(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool = 
         is_any_new |= _write(body, follower, name, positions, may_wait=may_wait)
     if is_any_new:
         shape_keys.tell_changed(target)
-    late.done(target.name, ())
+    late.done(target.session_uid, ())
 
 
 def write(
@@ -117,9 +118,9 @@ def _write(body: bpy.types.Object, follower: ArapFollower, name: str, positions:
     elif shape is not None and (may_wait or not np.array_equal(shape, versions.read_key(twin))):
         shape_keys.write(target, twin, shape, is_frame=may_wait)
     if shape is None:
-        late.add(target.name, [name])
+        late.add(target.session_uid, [name])
     else:
-        late.done(target.name, [name])
+        late.done(target.session_uid, [name])
     return twin is None
 
 

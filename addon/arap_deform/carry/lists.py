@@ -64,7 +64,7 @@ def carry_along(
     with wraps.reading_once():
         for follower in added:
             run.look_again(body, follower, may_wait=may_wait and not bpy.app.background)
-    fault = next((late.faults[target.name] for target in targets if target.name in late.faults), "")
+    fault = next((late.faults[t.session_uid] for t in targets if t.session_uid in late.faults), "")
     if fault:
         raise RuntimeError(fault)
     return added
@@ -143,4 +143,4 @@ def _release(target: bpy.types.Object) -> None:
             shape_keys.remove_lone_reference(target)
     target.arap.carried.has_made_reference = False
     target.arap.carried.body = None
-    run.forget(target.name)
+    run.forget(target.session_uid)

@@ -69,7 +69,7 @@ class ARAP_PT_carry(ArapSubPanel, bpy.types.Panel):
             problem = problem_of(obj, follower) if follower.is_enabled else ""
             if problem:
                 draw_text(context, layout, f"{problem}.", "ERROR")
-            elif follower.is_enabled and follower.target.name in late.keys:
+            elif follower.is_enabled and follower.target.session_uid in late.keys:
                 draw_text(context, layout, "It is being prepared.", "SORTTIME")
         column = layout.column(align=True)
         column.operator("arap.carry_along", icon="MOD_CLOTH")

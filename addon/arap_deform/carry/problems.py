@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..scene import meshes, shape_keys
+from ..scene import known, meshes, shape_keys
 from ..scene.points import objects as points
 
 if TYPE_CHECKING:
@@ -28,9 +28,9 @@ def entry_of(body: bpy.types.Object, target: bpy.types.Object) -> ArapFollower |
     return next((follower for follower in body.arap.followers if follower.target == target), None)
 
 
-def pair_of(name: str) -> tuple[bpy.types.Object, ArapFollower] | None:
-    """The body and the entry of the follower of that name, None if it is gone."""
-    target = bpy.data.objects.get((name, None))
+def pair_of(uid: int) -> tuple[bpy.types.Object, ArapFollower] | None:
+    """The body and the entry of a follower, None if it is gone."""
+    target = known.find(uid)
     return pair_with(target) if target is not None else None
 
 

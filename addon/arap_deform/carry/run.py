@@ -19,7 +19,7 @@ from bpy.app.handlers import persistent
 from ..core.arrays import Float32s, Floats
 from ..follow.scene import is_rendering
 from ..props import hooks
-from ..scene import meshes, pose_key, redraw, shape_keys, versions
+from ..scene import known, meshes, pose_key, redraw, shape_keys, versions
 from ..scene.registration import for_each
 from . import late, problems, twins, wraps
 from .keep_up import guarded, keep_up, write
@@ -43,11 +43,10 @@ def look_again(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool
     _wake()
 
 
-def forget(name: str) -> None:
-    """The object of that name follows nothing any more."""
-    wraps.forget(name)
-    late.keys.pop(name, None)
-    late.faults.pop(name, None)
+def forget(uid: int) -> None:
+    """The object follows nothing any more, or is gone."""
+    wraps.forget(uid)
+    late.forget(uid)
 
 
 def _on_key_written(body: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s, is_frame: bool) -> None:
@@ -62,7 +61,7 @@ def _on_key_written(body: bpy.types.Object, key: bpy.types.ShapeKey, positions: 
             if not follower.is_enabled or target is None:
                 continue
             if may_wait and target.arap.carried.body == body and not target.visible_get():
-                late.add(target.name, [key.name])
+                late.add(target.session_uid, [key.name])
                 continue
             guarded(body, follower, partial(write, body, follower, key.name, positions, may_wait=may_wait))
     _wake()
@@ -78,8 +77,8 @@ def _on_rest_changes(body: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:
     for target in problems.below(body):
         problems.check(target)  # it would stay behind for good
     if body.arap.carried.body is not None:  # it goes along itself, and is bound at rest
-        wraps.suspect(body.name)
-        late.add(body.name, [twin.name for twin in body.arap.carried.twins])
+        wraps.suspect(body.session_uid)
+        late.add(body.session_uid, [twin.name for twin in body.arap.carried.twins])
     for follower in body.arap.followers:
         if follower.is_enabled:
             guarded(body, follower, partial(_shift_rest, body, follower, pose))
@@ -95,21 +94,26 @@ def _shift_rest(body: bpy.types.Object, follower: ArapFollower, pose: bpy.types.
     rest = meshes.read_rest(target)
     shown = np.asarray(rest + pose.value * (versions.read_key(twin) - rest), dtype=np.float32)
     shape_keys.shift_all(target, twin, versions.read_key(twin) if pose.value == 1.0 else shown)
-    wraps.forget(target.name)
-    late.add(target.name, twins.names_of(body))
+    wraps.forget(target.session_uid)
+    late.add(target.session_uid, twins.names_of(body))
 
 
 def _on_follower_changed(body: bpy.types.Object, follower: ArapFollower) -> None:
     if follower.target is not None and not follower.is_enabled:
-        wraps.stop_binding(follower.target.name)
+        wraps.stop_binding(follower.target.session_uid)
     look_again(body, follower, may_wait=not bpy.app.background)
 
 
-@persistent
-def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    if depsgraph.id_type_updated("SCENE"):
-        _forget_missing()
-    for_each((update for update in depsgraph.updates if isinstance(update.id, bpy.types.Object)), _note_update)
+def updated(update: known.Update) -> None:
+    """After an evaluation."""
+    if update.is_deformed:
+        _look_at(update.obj, is_moved=update.is_moved)
+    if update.is_moved and update.obj.arap.followers:
+        _look_at_scale(update.obj, np.array(update.evaluated.matrix_world, dtype=np.float64))
+
+
+def catch_up_after(depsgraph: bpy.types.Depsgraph) -> None:
+    """After an evaluation, when all updates are noted."""
     if depsgraph.id_type_updated("ACTION"):
         _look_at_keyframes(depsgraph)
     if not late.waiting():
@@ -118,13 +122,6 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _wake()
     elif not is_rendering():
         _catch_up_now()
-
-
-def _note_update(update: bpy.types.DepsgraphUpdate) -> None:
-    if update.is_updated_geometry:
-        _look_at(update.id.original, is_moved=update.is_updated_transform)
-    if update.is_updated_transform and update.id.arap.followers:
-        _look_at_scale(update.id.original, np.array(update.id.matrix_world, dtype=np.float64))
 
 
 def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
@@ -141,18 +138,18 @@ def _look_at(obj: bpy.types.Object, *, is_moved: bool) -> None:
     if not pairs:
         return
     if obj.mode in EDITING:
-        late.edited.add(obj.name)
+        late.edited.add(obj.session_uid)
         return
-    was_edited = obj.name in late.edited
-    late.edited.discard(obj.name)
+    was_edited = obj.session_uid in late.edited
+    late.edited.discard(obj.session_uid)
     for body, follower in pairs:
-        name = follower.target.name
-        is_other = is_moved and wraps.is_bound(name) and not problems.problem_of(body, follower)
+        uid = follower.target.session_uid
+        is_other = is_moved and wraps.is_bound(uid) and not problems.problem_of(body, follower)
         is_other = is_other and wraps.get(body, follower, may_look=False) is None
         if was_edited or is_other:
             _suspect(body, follower)
         elif not twins.are_all_there(body, follower.target):
-            late.add(name)
+            late.add(uid)
 
 
 def _look_at_keyframes(depsgraph: bpy.types.Depsgraph) -> None:
@@ -160,7 +157,7 @@ def _look_at_keyframes(depsgraph: bpy.types.Depsgraph) -> None:
     actions = [update.id.original for update in depsgraph.updates if isinstance(update.id, bpy.types.Action)]
     animated = (keys for keys in bpy.data.shape_keys if keys.animation_data is not None)
     meshes_of = {keys.user for keys in animated if keys.animation_data.action in actions}
-    for body in bpy.data.objects if meshes_of else ():
+    for body in known.all_objects() if meshes_of else ():
         if body.data in meshes_of:
             for follower in body.arap.followers:
                 guarded(body, follower, partial(twins.tie, body, follower.target))
@@ -173,23 +170,16 @@ def _look_at_scale(body: bpy.types.Object, world: Floats) -> None:
     except ValueError:  # scaled to nothing, for a moment perhaps
         return
     for follower in body.arap.followers:
-        if follower.target is not None and not wraps.has_stretch(follower.target.name, stretch):
+        if follower.target is not None and not wraps.has_stretch(follower.target.session_uid, stretch):
             _suspect(body, follower)
 
 
 def _suspect(body: bpy.types.Object, follower: ArapFollower) -> None:
     """It may not be bound to what is there now."""
-    name = follower.target.name
-    wraps.suspect(name)
-    late.faults.pop(name, None)
-    late.add(name, twins.names_of(body))
-
-
-def _forget_missing() -> None:
-    """Followers that are gone, or have another name."""
-    for name in wraps.names():
-        if bpy.data.objects.get((name, None)) is None:
-            forget(name)
+    uid = follower.target.session_uid
+    wraps.suspect(uid)
+    late.faults.pop(uid, None)
+    late.add(uid, twins.names_of(body))
 
 
 def _wake() -> None:
@@ -222,13 +212,13 @@ def _must_wait(body: bpy.types.Object, follower: ArapFollower) -> bool:
     target = follower.target
     if time.monotonic() - _moved_at < REST_S and not target.visible_get():
         return True
-    if wraps.is_binding(target.name):
+    if wraps.is_binding(target.session_uid):
         return True
     if wraps.get(body, follower) is not None:
         return False
     if wraps.is_any_binding():  # one after the other: each has all threads, and reading a mesh takes a moment
         return True
-    if not any(_is_posed(body, name) for name in late.keys.get(target.name, ())):
+    if not any(_is_posed(body, name) for name in late.keys.get(target.session_uid, ())):
         return False
     wraps.begin(body, follower)
     return True
@@ -247,10 +237,10 @@ def _catch_up_now() -> None:
 def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
     """Calls ``act`` for each late follower that can work."""
 
-    def catch_up(name: str) -> None:
-        found = problems.pair_of(name)
+    def catch_up(uid: int) -> None:
+        found = problems.pair_of(uid)
         if found is None:
-            forget(name)
+            forget(uid)
         elif not problems.problem_of(*found):
             guarded(*found, partial(act, *found))
 
@@ -258,27 +248,25 @@ def _for_late(act: Callable[[bpy.types.Object, ArapFollower], None]) -> None:
         for_each(late.waiting(), catch_up)
 
 
-@persistent
-def _on_undo(*_: object) -> None:
-    """The step may have been made while a follower was late, and from other arrays than it is bound from now."""
+def undone() -> None:
+    """After an undo, to a step in which a follower may have been late, and its arrays others than it is bound from."""
     late.faults.clear()
-    _forget_missing()
     wraps.suspect_all()
 
-    def note(name: str) -> None:
-        found = problems.pair_of(name)
+    def note(uid: int) -> None:
+        found = problems.pair_of(uid)
         if found is not None:
-            late.add(name, [pose_key.name_of(found[0])])
+            late.add(uid, [pose_key.name_of(found[0])])
 
-    for_each(wraps.names(), note)
+    for_each(wraps.uids(), note)
     if bpy.app.background:
         _catch_up_now()
     else:
         _wake()
 
 
-@persistent
-def _on_load(*_: object) -> None:
+def clear() -> None:
+    """Another file was loaded."""
     wraps.clear()
     late.clear()
 
@@ -293,10 +281,6 @@ CALLBACKS = (
     (hooks.keys_changed, _on_keys_changed),
     (hooks.rest_changes, _on_rest_changes),
     (hooks.follower_changed, _on_follower_changed),
-    (bpy.app.handlers.depsgraph_update_post, _on_update),
-    (bpy.app.handlers.undo_post, _on_undo),
-    (bpy.app.handlers.redo_post, _on_undo),
-    (bpy.app.handlers.load_post, _on_load),
     (bpy.app.handlers.save_pre, _before_saving),
 )
 
@@ -304,5 +288,4 @@ CALLBACKS = (
 def unregister() -> None:
     if bpy.app.timers.is_registered(_catch_up):
         bpy.app.timers.unregister(_catch_up)
-    wraps.clear()
-    late.clear()
+    clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bound followers by the names of their objects, and what they are bound from."""
+"""The bound followers by the uids of their objects, and what they are bound from."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..core.session_data import SessionMesh
 from ..core.transforms import has_no_inverse
 from ..props import preferences
 from ..props.bounds import bounded
-from ..scene import handle_motion, meshes
+from ..scene import handle_motion, known, meshes
 from ..scene.points import objects as points
 from ..ui import waiting
 from .binding import Binding
@@ -29,13 +29,13 @@ from .binding import Binding
 if TYPE_CHECKING:
     from ..props.carry import ArapFollower
 
-_bound: dict[str, Wrap] = {}
-_binding: dict[str, Binding] = {}
-_suspect: set[str] = set()
+_bound: dict[int, Wrap] = {}
+_binding: dict[int, Binding] = {}
+_suspect: set[int] = set()
 """Of those that are bound: a look at all arrays must tell whether they still fit."""
 
-_read: dict[str, SessionMesh] | None = None
-"""By the names of bodies, see reading_once()."""
+_read: dict[int, SessionMesh] | None = None
+"""By the uids of bodies, see reading_once()."""
 _prepared = PreparedSurface()
 """Of the binds that follow each other, see _let_go()."""
 
@@ -93,9 +93,9 @@ def _read_body(body: bpy.types.Object) -> SessionMesh:
         raise ValueError(f"'{body.name}' is in Edit Mode: what goes along with it waits")
     if _read is None:
         return meshes.read_mesh(body)
-    if body.name not in _read:
-        _read[body.name] = meshes.read_mesh(body)
-    return _read[body.name]
+    if body.session_uid not in _read:
+        _read[body.session_uid] = meshes.read_mesh(body)
+    return _read[body.session_uid]
 
 
 def place_now(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
@@ -125,72 +125,73 @@ def get(body: bpy.types.Object, follower: ArapFollower, *, may_look: bool = True
 
     ``may_look``: at all arrays, if they may have changed. It takes milliseconds; without, the answer is None then.
     """
-    name = follower.target.name
-    wrap = _bound.get(name)
-    if wrap is None or (name in _suspect and not may_look):
+    uid = follower.target.session_uid
+    wrap = _bound.get(uid)
+    if wrap is None or (uid in _suspect and not may_look):
         return None
     fits = (wrap.n_points, wrap.n_vertices) == (points.count(follower.target), points.count(body))
     if fits and not wrap.probe.is_same(_probe(body, follower, place_of(follower))):
         _take_applied_place(body, follower, wrap)
         fits = False
-    if fits and name in _suspect:
+    if fits and uid in _suspect:
         fits = wrap.is_of(read_input(body, follower))
-        _suspect.discard(name)
+        _suspect.discard(uid)
     if not fits:
-        forget(name)
+        forget(uid)
         return None
     return wrap
 
 
 def bound(body: bpy.types.Object, follower: ArapFollower) -> Wrap:
     """As get(), bound now if need be. Raises as read_input(), RuntimeError or MemoryError."""
-    wrap = get(body, follower)
-    if wrap is None and follower.target.name in _binding:
-        _end_binding(follower.target.name)
+    wrap, uid = get(body, follower), follower.target.session_uid
+    if wrap is None and uid in _binding:
+        _end_binding(uid)
         wrap = get(body, follower)  # it may be of former arrays
     if wrap is None:
         begin(body, follower)
-        wrap = _end_binding(follower.target.name)
+        wrap = _end_binding(uid)
     return wrap
 
 
-def _end_binding(name: str) -> Wrap:
+def _end_binding(uid: int) -> Wrap:
     try:
         with waiting.at_mouse() as progress:
-            wrap = _binding[name].work.run(progress)
+            wrap = _binding[uid].work.run(progress)
     finally:
-        _binding.pop(name, None)
+        _binding.pop(uid, None)
         _let_go()
-    _bound[name] = wrap
+    _bound[uid] = wrap
     return wrap
 
 
 def begin(body: bpy.types.Object, follower: ArapFollower) -> None:
     """Begins to bind in the background, unless that is under way. Raises as bound()."""
-    if follower.target.name not in _binding:
-        _suspect.discard(follower.target.name)
-        name = follower.target.name
-        _binding[name] = Binding(name, Wrap.bind(native.load(), read_input(body, follower), _prepared))
+    uid = known.add(follower.target)
+    if uid not in _binding:
+        known.add(body)
+        _suspect.discard(uid)
+        _binding[uid] = Binding(follower.target, Wrap.bind(native.load(), read_input(body, follower), _prepared))
 
 
-def is_binding(name: str) -> bool:
-    """Whether a bind of the follower of that name is under way. Goes on with it. Raises what it has raised."""
-    binding = _binding.get(name)
+def is_binding(uid: int) -> bool:
+    """Whether a bind of the follower is under way. Goes on with it. Raises what it has raised."""
+    binding = _binding.get(uid)
     if binding is None or binding.work.step():
         return binding is not None
-    del _binding[name]
-    _bound[name] = binding.work.result()
+    del _binding[uid]
+    _bound[uid] = binding.work.result()
     return False
 
 
-def suspect(name: str) -> None:
+def suspect(uid: int) -> None:
     """The arrays that the follower was bound from may have changed."""
-    _suspect.add(name)
+    _suspect.add(uid)
 
 
-def has_stretch(name: str, stretch: Floats) -> bool:
-    """Whether the follower of that name is not bound, or under this stretch of its body."""
-    return name not in _bound or _bound[name].has_stretch(stretch)
+def has_stretch(uid: int, stretch: Floats) -> bool:
+    """Whether the follower is not bound, or under this stretch of its body."""
+    return uid not in _bound or _bound[uid].has_stretch(stretch)
 
 
 def suspect_all() -> None:
@@ -202,28 +203,28 @@ def is_any_binding() -> bool:
     return bool(_binding)
 
 
-def is_bound(name: str) -> bool:
-    return name in _bound
+def is_bound(uid: int) -> bool:
+    return uid in _bound
 
 
-def names() -> list[str]:
+def uids() -> list[int]:
     """Of the followers that are bound."""
     return list(_bound)
 
 
-def forget(name: str) -> None:
+def forget(uid: int) -> None:
     """The follower is not bound any more. A bind under way ends by itself."""
-    _bound.pop(name, None)
-    _suspect.discard(name)
-    stop_binding(name)
+    _bound.pop(uid, None)
+    _suspect.discard(uid)
+    stop_binding(uid)
 
 
-def stop_binding(name: str) -> None:
-    if name in _binding:
-        _binding.pop(name).work.drop()
+def stop_binding(uid: int) -> None:
+    if uid in _binding:
+        _binding.pop(uid).work.drop()
         _let_go()
 
 
 def clear() -> None:
-    for name in {*_bound, *_binding}:
-        forget(name)
+    for uid in {*_bound, *_binding}:
+        forget(uid)

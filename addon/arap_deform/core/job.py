@@ -21,8 +21,12 @@ class Job(Protocol[Result_co]):
     """For messages, for example 'bake'."""
 
     @property
+    def uid(self) -> int:
+        """The session_uid of the mesh."""
+
+    @property
     def object_name(self) -> str:
-        """Of the mesh."""
+        """Of the mesh, for messages."""
 
     @property
     def fraction(self) -> float:

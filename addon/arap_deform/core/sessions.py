@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live sessions by object name: how one is made, which act has a mesh, what the last solve did. No Blender data.
+"""The live sessions of objects: how one is made, which act has a mesh, what the last solve did. No Blender data.
 
-They are kept by name because references to Blender's objects do not survive an undo. The names are of objects of this
-file. So a caller with an object that may be linked, as panels have, asks for its full name.
+They are kept by the session_uid of the object: references to Blender's objects do not survive an undo.
 """
 
 from __future__ import annotations
 
 import ctypes
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
@@ -31,6 +30,13 @@ class Bound:
     inputs: SessionInput
 
 
+class Identified(Protocol):
+    """An object."""
+
+    session_uid: int
+    name: str
+
+
 class Act(Protocol):
     """Something that has a mesh for itself."""
 
@@ -39,64 +45,64 @@ class Act(Protocol):
         """What goes on: 'it is baked', for example."""
 
 
-acts: dict[str, Act] = {}
-"""The acts under way, by name of the object. Read it; only claim() and release() change it."""
+acts: dict[int, Act] = {}
+"""The acts under way, by uid of the object. Read it; only claim() and release() change it."""
 
 LARGE_VERTICES = 10_000  # with fewer, what is freed is not worth the trimming
 IDLE_VERTICES = 100_000
 """What idle sessions may hold together: a session takes about 3.5 kB a vertex. The last one may be larger."""
 
-_bound: dict[str, Bound] = {}  # the last one that was put is the last
-_holders: set[tuple[str, str]] = set()  # names of objects, and who comes back to their sessions
-_readouts: dict[str, Readout] = {}
+_bound: dict[int, Bound] = {}  # the last one that was put is the last
+_holders: set[tuple[int, str]] = set()  # uids of objects, and who comes back to their sessions
+_readouts: dict[int, Readout] = {}
 
 
-def get(object_name: str) -> Bound | None:
-    return _bound.get(object_name)
+def get(uid: int) -> Bound | None:
+    return _bound.get(uid)
 
 
-def put(object_name: str, bound: Bound) -> None:
+def put(uid: int, bound: Bound) -> None:
     """Makes it the live session of the object. Idle sessions go, the oldest first, if there is too much of them."""
-    _bound.pop(object_name, None)
-    _bound[object_name] = bound
+    _bound.pop(uid, None)
+    _bound[uid] = bound
     n_idle, too_much = 0, []
-    for name in reversed(_bound):
-        if not _is_held(name) and name not in acts:
-            n_idle += _bound[name].inputs.counts[0]
-            if n_idle > IDLE_VERTICES and name != object_name:
-                too_much.append(name)
+    for other in reversed(_bound):
+        if not _is_held(other) and other not in acts:
+            n_idle += _bound[other].inputs.counts[0]
+            if n_idle > IDLE_VERTICES and other != uid:
+                too_much.append(other)
     _give_back(too_much)
 
 
-def hold(object_name: str, who: str) -> None:
+def hold(uid: int, who: str) -> None:
     """The session of the object is not idle until let_go(): somebody, Live for example, comes back to it."""
-    _holders.add((object_name, who))
+    _holders.add((uid, who))
 
 
-def let_go(object_name: str, who: str) -> None:
-    _holders.discard((object_name, who))
+def let_go(uid: int, who: str) -> None:
+    _holders.discard((uid, who))
 
 
-def _is_held(object_name: str) -> bool:
-    return any(name == object_name for name, _ in _holders)
+def _is_held(uid: int) -> bool:
+    return any(held == uid for held, _ in _holders)
 
 
-def drop(object_name: str) -> None:
+def drop(uid: int) -> None:
     """Forgets the session, which may still be in use elsewhere; its readout stays for the panel."""
-    _bound.pop(object_name, None)
+    _bound.pop(uid, None)
 
 
-def drop_idle(object_name: str) -> None:
+def drop_idle(uid: int) -> None:
     """Gives back the memory of a session that nobody uses, unless it is held."""
-    if not _is_held(object_name):
-        _give_back([object_name])
+    if not _is_held(uid):
+        _give_back([uid])
 
 
-def _give_back(object_names: Iterable[str]) -> None:
+def _give_back(uids: Iterable[int]) -> None:
     n_gone = 0
-    for name in object_names:
-        if name in _bound:
-            n_gone += _bound.pop(name).inputs.counts[0]
+    for uid in uids:
+        if uid in _bound:
+            n_gone += _bound.pop(uid).inputs.counts[0]
     if n_gone >= LARGE_VERTICES:
         _trim()
 
@@ -109,13 +115,13 @@ def _trim() -> None:
             malloc_trim(0)
 
 
-def forget_missing(is_there: Callable[[str], bool]) -> None:
-    """Forgets sessions and readouts of objects that are gone or renamed: another one may get the name."""
-    gone = [name for name in {*_bound, *_readouts} if not is_there(name)]
+def forget(uids: Iterable[int]) -> None:
+    """Forgets sessions and readouts of objects that are gone. An act ends by itself."""
+    gone = set(uids)
     _give_back(gone)
-    for name in gone:
-        _readouts.pop(name, None)
-    _holders.difference_update([holder for holder in _holders if not is_there(holder[0])])
+    for uid in gone:
+        _readouts.pop(uid, None)
+    _holders.difference_update([holder for holder in _holders if holder[0] in gone])
 
 
 def clear() -> None:
@@ -126,35 +132,35 @@ def clear() -> None:
     acts.clear()
 
 
-def check_free(object_name: str) -> None:
+def check_free(obj: Identified) -> None:
     """Raises RuntimeError if an act has the mesh for itself."""
-    if object_name in acts:
-        raise RuntimeError(f"Wait for '{object_name}': {acts[object_name].doing}")
+    if obj.session_uid in acts:
+        raise RuntimeError(f"Wait for '{obj.name}': {acts[obj.session_uid].doing}")
 
 
-def claim(object_name: str, act: Act) -> None:
+def claim(obj: Identified, act: Act) -> None:
     """The act has the mesh for itself from now on, until release(): Live waits. Raises as check_free()."""
-    check_free(object_name)
-    acts[object_name] = act
+    check_free(obj)
+    acts[obj.session_uid] = act
 
 
-def release(object_name: str, act: Act) -> None:
+def release(uid: int, act: Act) -> None:
     """Does nothing if the act does not have the mesh, as after another file was loaded."""
-    if acts.get(object_name) is act:
-        del acts[object_name]
+    if acts.get(uid) is act:
+        del acts[uid]
 
 
-def claimed_by(object_name: str) -> str:
+def claimed_by(uid: int) -> str:
     """What is done with the mesh, '' if no act has it for itself."""
-    return acts[object_name].doing if object_name in acts else ""
+    return acts[uid].doing if uid in acts else ""
 
 
-def readout(object_name: str) -> Readout | None:
-    return _readouts.get(object_name)
+def readout(uid: int) -> Readout | None:
+    return _readouts.get(uid)
 
 
-def set_readout(object_name: str, value: Readout) -> None:
-    _readouts[object_name] = value
+def set_readout(uid: int, value: Readout) -> None:
+    _readouts[uid] = value
 
 
 def build(inputs: SessionInput) -> Steps[AnySession]:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
-from bpy.app.handlers import persistent
 from mathutils import Matrix
 
 from ..core.arrays import Floats
 from ..core.carry.probe import probed
 from ..core.transforms import applied_map, has_no_inverse
 from ..props import hooks
-from ..scene import meshes
+from ..scene import known, meshes
 from ..scene.cages import saved as cages
 from ..scene.registration import for_each
 from .scene import is_rendering
@@ -68,22 +67,15 @@ def _on_handle_changed(obj: bpy.types.Object, _handle: object) -> None:
     look(obj)
 
 
-@persistent
-def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    objects = (update for update in depsgraph.updates if isinstance(update.id, bpy.types.Object))
-    for_each([u.id.original for u in objects if u.is_updated_geometry or u.is_updated_transform], look)
+def updated(update: known.Update) -> None:
+    """After an evaluation."""
+    if update.is_moved or update.is_deformed:
+        look(update.obj)
 
 
-@persistent
-def _on_other_data(*_: object) -> None:
-    for_each(bpy.data.objects, look)
+def replaced() -> None:
+    """After an undo or the load of a file."""
+    for_each(known.all_objects(), look)
 
 
-CALLBACKS = (
-    (hooks.handle_changed, _on_handle_changed),
-    (bpy.app.handlers.depsgraph_update_post, _on_update),
-    (bpy.app.handlers.frame_change_post, _on_update),
-    (bpy.app.handlers.load_post, _on_other_data),
-    (bpy.app.handlers.undo_post, _on_other_data),
-    (bpy.app.handlers.redo_post, _on_other_data),
-)
+CALLBACKS = ((hooks.handle_changed, _on_handle_changed),)

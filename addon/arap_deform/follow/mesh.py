@@ -20,7 +20,7 @@ from ..core.background import Background, Steps
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
 from ..core.sessions import AnySession, Bound
-from ..scene import pose_key, versions
+from ..scene import known, pose_key, versions
 from ..scene.inputs import counts_of
 
 
@@ -34,7 +34,7 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: AnySession) -> N
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
     # Keep stretch and planes of the bind: differences below the tolerance must not add up.
-    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch, mirrors=session.mirrors)))
+    sessions.put(known.add(obj), Bound(session, replace(inputs, stretch=session.stretch, mirrors=session.mirrors)))
     sync(obj)
 
 
@@ -44,7 +44,7 @@ def sync(obj: bpy.types.Object) -> bool:
     Returns:
         Whether that is another pose than the session's.
     """
-    bound = sessions.get(obj.name)
+    bound = sessions.get(obj.session_uid)
     if bound is None:
         return True
     pose_key.tell_session(obj)
@@ -61,7 +61,7 @@ def sync(obj: bpy.types.Object) -> bool:
 
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> AnySession | None:
     """The object's live session, brought up to date, if ``inputs`` need no bind and no factorization; else None."""
-    bound = sessions.get(obj.name)
+    bound = sessions.get(obj.session_uid)
     if bound is None or difference(bound.inputs, inputs):
         return None
     bound.session.settings = inputs.settings
@@ -118,11 +118,11 @@ class SessionBinding(Background[AnySession]):
             inputs: from read_input().
             start: (n, 3) positions to begin with; None: the pose that the key has.
         """
-        self._name = obj.name
+        self._uid = known.add(obj)
         self._inputs = inputs
         self._start_positions = start
-        self._former = sessions.get(obj.name)
-        sessions.drop(obj.name)  # the session is busy until adopt() or drop()
+        self._former = sessions.get(self._uid)
+        sessions.drop(self._uid)  # the session is busy until adopt() or drop()
         super().__init__(sessions.rebuild(inputs, self._former))
 
     def drop(self) -> None:
@@ -139,10 +139,13 @@ class SessionBinding(Background[AnySession]):
         except BaseException:
             self._put_back()
             raise
-        adopt(bpy.data.objects[self._name], self._inputs, session)
+        obj = known.find(self._uid)
+        if obj is None:
+            raise RuntimeError("The mesh was deleted while it was being prepared")
+        adopt(obj, self._inputs, session)
         if self._start_positions is not None:
             session.set_positions(self._start_positions)
 
     def _put_back(self) -> None:
-        if self._former is not None and sessions.get(self._name) is None:
-            sessions.put(self._name, self._former)
+        if self._former is not None and sessions.get(self._uid) is None:
+            sessions.put(self._uid, self._former)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The FollowScene of an object in Blender. It keeps names, not references: undo replaces all data."""
+"""The FollowScene of an object in Blender. It keeps the uid, no reference: undo replaces all data."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -17,7 +17,7 @@ from ..core import sessions
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput
 from ..props.bounds import bounded
-from ..scene import pose_key, redraw, versions
+from ..scene import known, pose_key, redraw, versions
 from ..scene.inputs import read_input
 from . import mesh
 from .frame import Frame
@@ -33,13 +33,14 @@ def is_playing() -> bool:
 
 
 class BlenderFollowScene:
-    """Looks its object up by name each time."""
+    """Looks its object up each time."""
 
     initial_guess: str | None = None  # of update(); None: the object's setting
     key: pose_key.KeyFollower | None = None  # if the key may be renamed while this lasts
 
     def __init__(self, obj: bpy.types.Object) -> None:
-        self.name = obj.name
+        self.uid = known.add(obj)
+        self._first_name = obj.name
         self.depsgraph: bpy.types.Depsgraph | None = None
         self._frame: Frame | None = None  # of this step, from is_bound() on
         self._followed: sessions.Bound | None = None  # what the pose was solved with last
@@ -50,31 +51,35 @@ class BlenderFollowScene:
     @property
     def obj(self) -> bpy.types.Object | None:
         """The object, None if it is gone."""
-        return bpy.data.objects.get((self.name, None))
+        return known.find(self.uid)
+
+    @property
+    def name(self) -> str:
+        """Of the object, for messages."""
+        obj = self.obj
+        return self._first_name if obj is None else str(obj.name)
 
     @contextmanager
-    def evaluated(self, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> Iterator[None]:
-        """To be used while a handler runs, which has this depsgraph: after an update, or for another frame.
+    def evaluated(self, depsgraph: bpy.types.Depsgraph, updates: Sequence[known.Update] | None) -> Iterator[None]:
+        """To be used while a handler runs, which has this depsgraph: Blender evaluates what it writes in silence.
 
-        In both cases Blender evaluates what the handler writes without calling handlers again.
+        ``updates``: None for another frame.
         """
-        if not is_frame:
-            self._note_change(depsgraph)
+        if updates is not None:
+            self._note_change(updates)
         before, self.depsgraph = self.depsgraph, depsgraph
         try:
             yield
         finally:
             self.depsgraph = before
 
-    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+    def _note_change(self, updates: Sequence[known.Update]) -> None:
         """Notes whether something else has changed the mesh. A modifier that moves updates the object alone."""
-        obj = self.obj
-        for update in depsgraph.updates:
-            if update.is_updated_geometry and obj is not None and update.id.original == obj.data:
-                if not self._has_written:
-                    self._is_suspect = True
-                    self._changed_at = time.monotonic()
-                self._has_written = False
+        if any(update.uid == self.uid and update.has_new_data for update in updates):
+            if not self._has_written:
+                self._is_suspect = True
+                self._changed_at = time.monotonic()
+            self._has_written = False
 
     def has_to_wait(self) -> bool:
         if bpy.app.background or not self._is_in_weight_paint():
@@ -112,7 +117,7 @@ class BlenderFollowScene:
         return mesh.sync(self._obj())
 
     def is_rebound(self) -> bool:
-        return sessions.get(self.name) is not self._followed
+        return sessions.get(self.uid) is not self._followed
 
     def matrices(self) -> NDArray[np.float64]:
         return self._this_frame().matrices()
@@ -129,7 +134,7 @@ class BlenderFollowScene:
         redraw.tag_meshes()
         options.setdefault("sufficient_accuracy", 0.0 if time_limit_s is None else ACCURACY)
         readout = self._this_frame().solve(matrices, time_limit_s=time_limit_s, **options)
-        self._followed = sessions.get(self.name)
+        self._followed = sessions.get(self.uid)
         if self.key is not None:
             self.key.note(self._obj())
         return readout
@@ -148,7 +153,7 @@ class BlenderFollowScene:
     def _obj(self) -> bpy.types.Object:
         obj = self.obj
         if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted or renamed")
+            raise RuntimeError(f"'{self.name}' was deleted")
         return obj
 
     def _depsgraph(self) -> bpy.types.Depsgraph:

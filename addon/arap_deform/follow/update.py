@@ -9,7 +9,7 @@ from ..core import sessions
 from ..core.background import Progress, run
 from ..core.session_data import Readout
 from ..core.sessions import AnySession
-from ..scene import meshes
+from ..scene import known, meshes
 from ..scene.inputs import read_input
 from . import mesh, ready
 from .frame import Frame
@@ -22,7 +22,7 @@ def prepare_session(
 ) -> AnySession:
     """As bind(), and the session is kept until end_session()."""
     session = bind(obj, depsgraph or bpy.context.evaluated_depsgraph_get(), progress)
-    sessions.hold(obj.name, SCRIPT)
+    sessions.hold(known.add(obj), SCRIPT)
     return session
 
 
@@ -32,9 +32,9 @@ def end_session(obj: bpy.types.Object) -> None:
     Raises:
         RuntimeError: an act has the mesh for itself.
     """
-    sessions.check_free(obj.name)
-    sessions.let_go(obj.name, SCRIPT)
-    sessions.drop_idle(obj.name)
+    sessions.check_free(obj)
+    sessions.let_go(obj.session_uid, SCRIPT)
+    sessions.drop_idle(obj.session_uid)
 
 
 def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None) -> AnySession:
@@ -48,10 +48,10 @@ def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progre
         itself. A session that was there before stays.
     """
     meshes.check_mesh(obj)
-    sessions.check_free(obj.name)
+    sessions.check_free(obj)
     inputs = read_input(obj, depsgraph)
     ready.check(obj, depsgraph, inputs)
-    session = run(sessions.rebuild(inputs, sessions.get(obj.name)), progress)
+    session = run(sessions.rebuild(inputs, sessions.get(obj.session_uid)), progress)
     mesh.adopt(obj, inputs, session)
     return session
 
@@ -78,10 +78,10 @@ def update_pose(
             has the mesh for itself.
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
-    sessions.check_free(obj.name)
+    sessions.check_free(obj)
     frame = Frame(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
     if frame.problem:
-        sessions.drop(obj.name)
+        sessions.drop(obj.session_uid)
         raise RuntimeError(f"{frame.problem}: start posing again")
     return frame.solve(
         frame.matrices(),

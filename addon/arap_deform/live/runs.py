@@ -7,7 +7,7 @@ No modal operator: while one runs, Blender does not save automatically.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 
 import bpy
@@ -17,7 +17,7 @@ from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_playing, is_rendering
 from ..props import hooks, preferences
-from ..scene import meshes, redraw, undo_step
+from ..scene import known, meshes, redraw, undo_step
 from ..scene.console import say
 from ..scene.registration import for_each
 from ..ui import waiting
@@ -39,7 +39,7 @@ class Run(LiveRun, EndedByEsc):
     def __init__(self, obj: bpy.types.Object, *, is_waiting: bool) -> None:
         self.scene = BlenderLiveScene(obj)
         super().__init__(self.scene, is_waiting=is_waiting)
-        sessions.hold(obj.name, LIVE)
+        sessions.hold(self.scene.uid, LIVE)
 
     def wait(self) -> Wait | None:
         if self.pause or is_rendering():
@@ -55,17 +55,17 @@ class Run(LiveRun, EndedByEsc):
 
     def end(self) -> None:
         super().end()
-        sessions.let_go(self.scene.name, LIVE)
+        sessions.let_go(self.scene.uid, LIVE)
 
 
-_runs: dict[str, Run] = {}
+_runs: dict[int, Run] = {}  # by uid of the object
 _render_frame: int | None = None  # the first one of a render under way
 _has_rendered_without = False
 
 
 def run_of(obj: bpy.types.Object) -> Run | None:
     """The object's run, None if it is not live."""
-    return _runs.get(obj.name_full)
+    return _runs.get(obj.session_uid)
 
 
 def render_notice() -> str:
@@ -79,8 +79,8 @@ def toggled(obj: bpy.types.Object) -> None:
     if obj.arap.is_live:
         _begin(obj)
         obj.update_tag()  # so that the next evaluation, of a script for example, makes the mesh follow
-    elif obj.name in _runs:
-        _runs.pop(obj.name).end()
+    elif obj.session_uid in _runs:
+        _runs.pop(obj.session_uid).end()
 
 
 def give_up(obj: bpy.types.Object) -> None:
@@ -91,8 +91,8 @@ def give_up(obj: bpy.types.Object) -> None:
 
 
 def _begin(obj: bpy.types.Object, *, is_waiting: bool = False) -> None:
-    if obj.name not in _runs and _is_own(obj) and obj.type == "MESH":
-        _runs[obj.name] = Run(obj, is_waiting=is_waiting)
+    if obj.session_uid not in _runs and _is_own(obj) and obj.type == "MESH":
+        _runs[obj.session_uid] = Run(obj, is_waiting=is_waiting)
         _wake()
 
 
@@ -102,22 +102,24 @@ def _is_own(obj: bpy.types.Object) -> bool:
 
 
 def _find(objects: Iterable[bpy.types.Object]) -> None:
-    """Ends the runs whose object is gone or renamed, and begins one for each object that is live."""
-    for name in list(_runs):
-        obj = bpy.data.objects.get((name, None))
+    """Ends the runs whose object is gone or not live any more, and begins one for each object that is live."""
+    for uid, run in list(_runs.items()):
+        obj = run.scene.obj
         if obj is None or not obj.arap.is_live:
-            _runs.pop(name).end()
+            _runs.pop(uid).end()
             if obj is None:
-                sessions.drop(name)
+                sessions.drop(uid)
     for_each((obj for obj in objects if obj.arap.is_live), _begin)
 
 
-def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When) -> None:
-    runs = [run for name, run in _runs.items() if scene.objects.get(name) is not None]
+def _changed(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When, updates: Sequence[known.Update] | None
+) -> None:
+    runs = [run for run in _runs.values() if known.is_in(scene, run.scene.obj)]
     n_moving = sum(not (run.is_settled or run.pause) for run in runs)
 
     def follow(run: Run) -> None:
-        with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):
+        with run.scene.evaluated(depsgraph, updates):
             if bpy.app.background:  # there are no timers
                 run.settle(SCRIPT_TIME_LIMIT_S)
             else:
@@ -127,50 +129,50 @@ def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When)
     _wake()
 
 
-@persistent
-def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    if is_rendering() or _render_frame is not None:
+def _is_render() -> bool:
+    return is_rendering() or _render_frame is not None
+
+
+def scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, updates: Sequence[known.Update]) -> None:
+    """After an evaluation."""
+    if _is_render():
         return
-    updated = (update.id.original for update in depsgraph.updates if isinstance(update.id, bpy.types.Object))
-    _find(updated)
+    _find(update.obj for update in updates)
     if _runs:
-        _changed(scene, depsgraph, When.UPDATE)
+        _changed(scene, depsgraph, When.UPDATE, updates)
 
 
-@persistent
-def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+def frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     global _has_rendered_without  # noqa: PLW0603 - set by one handler and read by the panel
-    if is_rendering() or _render_frame is not None:
+    if _is_render():
         if _runs and scene.frame_current != _render_frame and not _has_rendered_without:
             _has_rendered_without = True
             say(f"ARAP: {NOT_RENDERED}")
     elif _runs:
-        _changed(scene, depsgraph, _how_frame_changed())
+        _changed(scene, depsgraph, _how_frame_changed(), None)
 
 
-@persistent
-def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
-    is_renamed = any(bpy.data.objects.get((name, None)) is None for name in _runs)
-    for obj in bpy.data.objects:
-        # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on. A mesh that was
-        # live by another name goes on.
-        is_elsewhere = obj.arap.is_live and obj.name not in _runs and scene.objects.get(obj.name) is None
-        if is_elsewhere and _is_own(obj) and not is_renamed:
+def undone(scene: bpy.types.Scene) -> None:
+    """After an undo."""
+    for obj in known.all_objects():
+        # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on.
+        is_elsewhere = obj.arap.is_live and obj.session_uid not in _runs and not known.is_in(scene, obj)
+        if is_elsewhere and _is_own(obj):
             obj.arap.is_live = False
             obj.arap.live_problem = "An undo in another scene would have switched it on: Follow is off"
-    _find(bpy.data.objects)
+    _find(known.all_objects())
     for_each(_runs.values(), Run.undone)
     _wake()
 
 
-@persistent
-def _on_load(*_: object) -> None:
+def loaded() -> None:
+    """Another file was loaded."""
     global _render_frame, _has_rendered_without
     _render_frame, _has_rendered_without = None, False
     for_each(_runs.values(), Run.end)
     _runs.clear()
     sessions.clear()  # after the runs: one that ends while it binds gives its former session back
-    for_each((obj for obj in bpy.data.objects if obj.arap.is_live), partial(_begin, is_waiting=True))
+    for_each((obj for obj in known.all_objects() if obj.arap.is_live), partial(_begin, is_waiting=True))
     for_each(list(_runs.values()), Run.look)
 
 
@@ -199,7 +201,7 @@ def _wake() -> None:
 
 
 def _on_timer() -> float | None:
-    if is_rendering() or _render_frame is not None:
+    if _is_render():
         return SLOW_TIMER_S
     _find(())
     start = time.perf_counter()
@@ -224,18 +226,13 @@ def _on_timer() -> float | None:
 def _shown() -> list[tuple[object, ...]]:
     """What a panel shows of the runs."""
     return [
-        (name, run.pause, run.is_settled, run.is_binding, f"{run.bind_fraction:.0%}", run.readout)
-        for name, run in _runs.items()
+        (uid, run.pause, run.is_settled, run.is_binding, f"{run.bind_fraction:.0%}", run.readout)
+        for uid, run in _runs.items()
     ]
 
 
 CALLBACKS = (
     (hooks.live_toggled, toggled),
-    (bpy.app.handlers.depsgraph_update_post, _on_update),
-    (bpy.app.handlers.frame_change_post, _on_frame),
-    (bpy.app.handlers.undo_post, _on_undo),
-    (bpy.app.handlers.redo_post, _on_undo),
-    (bpy.app.handlers.load_post, _on_load),
     (bpy.app.handlers.render_init, _on_render_begin),
     (bpy.app.handlers.render_complete, _on_render_end),
     (bpy.app.handlers.render_cancel, _on_render_end),
@@ -248,7 +245,8 @@ def register() -> None:
 
 
 def _begin_all() -> None:
-    _find(bpy.data.objects)
+    known.look_for_new()
+    _find(known.all_objects())
     _wake()
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +18,7 @@ from ..core.session_input import SceneState, difference_of_scene
 from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..scene import baked, handle_motion, meshes, pose_key, shape_keys, undo_step
+from ..scene import baked, handle_motion, known, meshes, pose_key, shape_keys, undo_step
 from ..scene.cages import read as cages
 from ..scene.console import say
 from ..scene.inputs import read_state
@@ -80,7 +81,7 @@ class BlenderLiveScene(BlenderFollowScene):
 
     def why_paused(self) -> str:
         obj = self._obj()
-        act = sessions.claimed_by(self.name)
+        act = sessions.claimed_by(self.uid)
         if act:
             return f"Paused while {act}"
         self._follow_key(obj)  # in every mode: keys can be renamed in Edit Mode too
@@ -105,8 +106,8 @@ class BlenderLiveScene(BlenderFollowScene):
             self._first = now
         return not now.is_same_as(self._first)
 
-    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
-        super()._note_change(depsgraph)
+    def _note_change(self, updates: Sequence[known.Update]) -> None:
+        super()._note_change(updates)
         self._lack = ""
 
     def _follow_key(self, obj: bpy.types.Object) -> None:
@@ -191,7 +192,7 @@ class BlenderLiveScene(BlenderFollowScene):
         if self.depsgraph is not None:
             return self.depsgraph
         for window in bpy.context.window_manager.windows:
-            if window.scene != bpy.context.scene and window.view_layer.objects.get(self.name) == self.obj:
+            if window.scene != bpy.context.scene and known.is_in(window.view_layer, self.obj):
                 window.view_layer.update()
                 return window.view_layer.depsgraph
         return super()._depsgraph()

@@ -73,12 +73,13 @@ class JobOperator(ModalOperator, ArapOperator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Does the job: in one call without a window or if Blender repeats it, else in steps of modal()."""
-        job = self.begin(context, self.chosen(context))
+        obj = self.chosen(context)
+        job = self.begin(context, obj)
         is_repeat = self.options.is_repeat or self.options.is_repeat_last
         if bpy.app.background or context.window is None or is_repeat:
             self.report_result(job, run_job(job))
             return {"FINISHED"}
-        give_up(bpy.data.objects[job.object_name])
+        give_up(obj)
         self._run = JobRun(context, job, self.act_name)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}

@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import bpy
@@ -14,13 +13,13 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
-from ..scene import handle_motion, meshes, pose_key, shape_keys, staying
+from ..scene import handle_motion, known, meshes, pose_key, shape_keys, staying
 from ..scene.movers import chain
 from ..scene.placing import cages
 from ..scene.placing import handles as placing
 from ..setup.handle_changes import take_over
 
-Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
+Transforms = dict[tuple[int, str], tuple[Any, ...]]  # channels by uid of object and bone; bone '': the object itself
 
 CHANNELS = ("location", "rotation_mode", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
 
@@ -32,15 +31,13 @@ class PoseState:
     Attributes:
         key: values and slider of the live key.
         transforms: of every object and bone that moves a handle.
-        empties: names of the empties that were made for handles, by the numbers of these.
         shapes: that pins and handles hold.
         cages: with their rests, by the numbers of their handles.
     """
 
-    object_name: str
+    uid: int
     key: pose_key.KeyState
     transforms: Transforms
-    empties: dict[int, str]
     shapes: staying.Shapes
     cages: dict[int, cages.CageState]
 
@@ -67,13 +64,13 @@ def reset_pose(obj: bpy.types.Object) -> None:
         ValueError: the mesh must not be written. RuntimeError: an act uses it.
     """
     meshes.check_mesh(obj)
-    sessions.check_free(obj.name)
+    sessions.check_free(obj)
     shape_keys.check_writable(obj)
     key = pose_key.find(obj)
     if key is not None:
         pose_key.check_name(obj)
         shape_keys.write(obj, key, meshes.read_rest(obj))
-    bound = sessions.get(obj.name)
+    bound = sessions.get(obj.session_uid)
     if bound is not None:
         bound.session.reset()
 
@@ -88,7 +85,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
         RuntimeError: an act uses the mesh.
     """
     key = _live_key(obj)
-    sessions.check_free(obj.name)
+    sessions.check_free(obj)
     shape_keys.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes.read_stretch(obj, depsgraph)  # raises before anything has changed
@@ -97,7 +94,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     _set_rest_here(obj, depsgraph)
     placing.forget_shapes(obj)
     _follow_new_rest(obj, rests)
-    sessions.drop(obj.name)
+    sessions.drop(obj.session_uid)
 
 
 def _set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -139,7 +136,7 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
     key, transforms, shapes = pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj)
-    return PoseState(obj.name, key, transforms, _empties_of(obj), shapes, cages.capture(obj))
+    return PoseState(known.add(obj), key, transforms, shapes, cages.capture(obj))
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
@@ -154,13 +151,12 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
         ValueError: the mesh has another number of vertices; then only pins and handles go back.
         RuntimeError: an act uses the mesh; then nothing goes back.
     """
-    sessions.check_free(obj.name)
-    empties = _empties_of(obj)  # they may have been renamed since then
-    restore_transforms(state.transforms, {name: empties.get(i, name) for i, name in state.empties.items()})
+    sessions.check_free(obj)
+    restore_transforms(state.transforms)
     stayed = cages.restore(obj, state.cages)
     added = staying.restore_shapes(obj, state.shapes)
     pose_key.restore(obj, state.key)
-    bound = sessions.get(obj.name)
+    bound = sessions.get(obj.session_uid)
     if bound is not None:
         if state.key.positions is None:
             bound.session.reset()
@@ -176,14 +172,10 @@ def capture_transforms(obj: bpy.types.Object) -> Transforms:
     return {place: _channels(item) for place, item in _movers(obj)}
 
 
-def restore_transforms(transforms: Transforms, names: Mapping[str, str] = MappingProxyType({})) -> None:
-    """Restores what capture_transforms() returned. Skips objects and bones that are gone.
-
-    Args:
-        names: present names of objects that have been renamed, by their former ones.
-    """
-    for (object_name, bone), channels in transforms.items():
-        item = _item_at(names.get(object_name, object_name), bone)
+def restore_transforms(transforms: Transforms) -> None:
+    """Restores what capture_transforms() returned. Skips objects and bones that are gone."""
+    for (uid, bone), channels in transforms.items():
+        item = _item_at(uid, bone)
         if item is not None:
             _set_channels(item, channels)
 
@@ -198,21 +190,17 @@ def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
     return key
 
 
-def _empties_of(obj: bpy.types.Object) -> dict[int, str]:
-    """Names of the empties that were made for handles, by the numbers of the handles."""
-    return {h.number: h.target.name for h in obj.arap.handles if h.has_made_target and h.target is not None}
-
-
-def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[str, str], Any]]:
+def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[int, str], Any]]:
     """The objects and bones that move a handle, with all bones of an armature."""
     for item in chain.movers(obj, obj.arap.handles):
-        yield (item.name, ""), item
+        uid = known.add(item)
+        yield (uid, ""), item
         for bone in item.pose.bones if item.pose else ():
-            yield (item.name, bone.name), bone
+            yield (uid, bone.name), bone
 
 
-def _item_at(object_name: str, bone: str) -> Any:
-    item = bpy.data.objects.get(object_name)
+def _item_at(uid: int, bone: str) -> Any:
+    item = known.find(uid)
     if item is None or not bone:
         return item
     return item.pose.bones.get(bone) if item.pose else None

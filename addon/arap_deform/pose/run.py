@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 
 from ..core import sessions
@@ -10,7 +12,8 @@ from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, sta
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
 from ..props import preferences
-from ..scene import redraw, registration, undo_step
+from ..scene import known, redraw, undo_step
+from ..scene.registration import for_each
 from ..ui import waiting
 from ..ui.modal import ModalRun
 from ..ui.waits import Wait, wait_for_bind
@@ -24,7 +27,9 @@ class ActRun(ModalRun):
     """An act that has begun, and its share of the window."""
 
     def __init__(self, context: bpy.types.Context, scene: ActScene, act: PoseAct, timer_s: float) -> None:
-        sessions.claim(scene.name, act)
+        obj = scene.obj
+        assert obj is not None
+        sessions.claim(obj, act)
         self.scene = scene
         self.act = act
         super().__init__(context, timer_s)
@@ -42,10 +47,10 @@ class ActRun(ModalRun):
         """The one exit of all ends; ``end.message`` is what is left to say."""
         end = self.act.end
         assert end is not None
-        sessions.release(self.scene.name, self.act)
+        sessions.release(self.scene.uid, self.act)
         obj = self.scene.obj
         if obj is None:
-            sessions.drop(self.scene.name)
+            sessions.drop(self.scene.uid)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
         self.leave()
@@ -64,7 +69,7 @@ class PoseRun(ActRun):
 
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         """Begins the act. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
-        sessions.check_free(obj.name)
+        sessions.check_free(obj)
         give_up(obj)
         scene = BlenderPoseScene(obj)
         act = PoseAct(scene)
@@ -76,8 +81,6 @@ class PoseRun(ActRun):
             raise
         undo_step.push("Begin ARAP Pose")
         super().__init__(context, scene, act, TIMER_S)
-        if not runs:
-            registration.add(_CALLBACKS)
         runs.append(self)
 
     def show_status(self, context: bpy.types.Context) -> None:
@@ -95,38 +98,32 @@ class PoseRun(ActRun):
 
     def finish(self) -> End:
         runs.remove(self)
-        if not runs:
-            registration.remove(_CALLBACKS)
         end = super().finish()
-        undo.finish(self.scene.name, self.scene.act_number, as_one_step=end.how is not Ending.LEAVE)
+        undo.finish(self.scene.uid, self.scene.act_number, as_one_step=end.how is not Ending.LEAVE)
         return end
 
 
 runs: list[PoseRun] = []
 
 
-def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    _scene_changed(scene, depsgraph, is_frame=False)
-
-
-def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    _scene_changed(scene, depsgraph, is_frame=True)
-
-
-def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> None:
-    if is_rendering():
+def scene_changed(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, updates: Sequence[known.Update] | None
+) -> None:
+    """After an evaluation. ``updates``: None for another frame."""
+    if not runs or is_rendering():
         return
 
     def tell(run: PoseRun) -> None:
-        if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
-            with run.scene.evaluated(depsgraph, is_frame=is_frame):
+        if run.scene.obj is None or known.is_in(scene, run.scene.obj):
+            with run.scene.evaluated(depsgraph, updates):
                 run.act.scene_changed()
 
-    registration.for_each(runs.copy(), tell)
+    for_each(runs.copy(), tell)
 
 
-def _on_undo(*_: object) -> None:
-    registration.for_each(runs.copy(), _undone)
+def undone() -> None:
+    """After an undo."""
+    for_each(runs.copy(), _undone)
 
 
 def _undone(run: PoseRun) -> None:
@@ -135,11 +132,3 @@ def _undone(run: PoseRun) -> None:
     else:
         run.scene.key.forget_address()
         run.act.undone()
-
-
-_CALLBACKS = (
-    (bpy.app.handlers.depsgraph_update_post, _on_update),
-    (bpy.app.handlers.frame_change_post, _on_frame),
-    (bpy.app.handlers.undo_post, _on_undo),
-    (bpy.app.handlers.redo_post, _on_undo),
-)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the posing act needs of Blender, for one object. Names instead of references: undo replaces all data."""
+"""What the posing act needs of Blender, for one object. No references: undo replaces all data."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..core import sessions
 from ..core.session_input import SessionInput
 from ..follow import ready
 from ..follow.scene import BlenderFollowScene
-from ..scene import pose_key
+from ..scene import known, pose_key
 from ..scene.inputs import counts_of
 from . import undo
 from .result import capture_state, restore_state
@@ -29,8 +29,8 @@ class ActScene(BlenderFollowScene):
 
     def why_over(self) -> str:
         obj = self.obj
-        if obj is None or obj.name not in bpy.context.scene.objects:
-            reason = f"'{self.name}' was deleted or renamed"
+        if obj is None or not known.is_in(bpy.context.scene, obj):
+            reason = f"'{self.name}' was deleted"
         elif obj.mode not in self.modes:
             reason = f"'{self.name}' is no longer in Object Mode"
         elif counts_of(obj) != self._counts:
@@ -60,12 +60,12 @@ class BlenderPoseScene(ActScene):
         super().__init__(obj)
         self.act_number = 0
         self.key = pose_key.KeyFollower(obj)
-        former = sessions.get(obj.name)
+        former = sessions.get(obj.session_uid)
         self._topology = former.inputs.signature.topology if former is not None else None
 
     @property
     def obj(self) -> bpy.types.Object | None:
-        """The object; None if it is gone, or if another one has its name."""
+        """The object; None if it is gone, or as it was before the act."""
         obj = super().obj
         return obj if obj is not None and undo.is_within(obj, self.act_number) else None
 

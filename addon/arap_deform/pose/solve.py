@@ -17,7 +17,7 @@ from ..core.sessions import AnySession, Bound
 from ..follow import mesh, ready
 from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
-from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene import handle_motion, known, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
 from ..ui import waiting
 
@@ -62,14 +62,15 @@ class SolveJob(BackgroundJob[Readout]):
 
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         """Of a checked object: see begin_solve()."""
-        self.object_name: str = obj.name
+        self.uid = known.add(obj)
+        self.object_name: str = obj.name  # for messages
         self._inputs = read_input(obj, depsgraph)
         ready.check(obj, depsgraph, self._inputs)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
-        self._former = sessions.get(obj.name)
+        self._former = sessions.get(obj.session_uid)
         self._session: AnySession | None = None
-        sessions.drop(obj.name)  # it is busy now
-        sessions.claim(obj.name, self)
+        sessions.drop(obj.session_uid)  # it is busy now
+        sessions.claim(obj, self)
         super().__init__(self._steps())
 
     @property
@@ -80,28 +81,28 @@ class SolveJob(BackgroundJob[Readout]):
     def finish(self) -> Readout:
         """Writes the shape key and keeps the session. Raises as solve()."""
         result = self._result()
-        obj = bpy.data.objects.get(self.object_name)
+        obj = known.find(self.uid)
         if obj is None or self._session is None:
             raise RuntimeError(f"'{self.object_name}' is gone: there is nothing to pose")
         reason = mesh.counts_problem(obj, self._inputs)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         # The stretch of the bind: differences of the scene's below the tolerance must not add up.
-        sessions.put(self.object_name, Bound(self._session, replace(self._inputs, stretch=self._session.stretch)))
+        sessions.put(self.uid, Bound(self._session, replace(self._inputs, stretch=self._session.stretch)))
         write_pose(obj, pose_key.writable(obj), self._session, result)
-        sessions.release(self.object_name, self)
+        sessions.release(self.uid, self)
         return result
 
     def cancel(self) -> None:
         super().cancel()
-        sessions.release(self.object_name, self)
-        obj = bpy.data.objects.get(self.object_name)
+        sessions.release(self.uid, self)
+        obj = known.find(self.uid)
         if obj is None or mesh.counts_problem(obj, self._inputs):
             return
         if self._session is not None:
             mesh.adopt(obj, self._inputs, self._session)
         elif self._former is not None:
-            sessions.put(self.object_name, self._former)
+            sessions.put(self.uid, self._former)
 
     def _steps(self) -> Steps[Readout]:
         former = self._former
@@ -133,7 +134,7 @@ def unsettled_text(readout: Readout) -> str:
 
 def _check(obj: bpy.types.Object) -> None:
     meshes.check_mesh(obj)
-    sessions.check_free(obj.name)
+    sessions.check_free(obj)
     shape_keys.check_writable(obj)
     existing = pose_key.find(obj)
     if existing is not None:

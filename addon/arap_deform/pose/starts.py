@@ -7,7 +7,6 @@ import secrets
 from contextlib import suppress
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..live.scene import PAUSING_MODES
@@ -38,14 +37,14 @@ def end_following(obj: bpy.types.Object, *, is_kept: bool) -> list[str]:
     start = _start_of(obj)
     if not is_kept and start is None:
         raise ValueError(f"'{obj.name}' followed when the file was opened: use Reset Handles, or Keep")
-    sessions.check_free(obj.name)
+    sessions.check_free(obj)
     obj.arap.is_live = False
     return restore_state(obj, start) if not is_kept and start is not None else []
 
 
 def _on_toggled(obj: bpy.types.Object) -> None:
     if obj.arap.is_live and obj.type == "MESH" and obj.library is None:
-        own = [number for number, state in _starts.items() if state.object_name == obj.name]
+        own = [number for number, state in _starts.items() if state.uid == obj.session_uid]
         for number in own[: max(0, len(own) + 1 - MOST_STARTS)]:
             del _starts[number]
         obj.arap.follow_start = 1 + secrets.randbelow(2**31 - 2)
@@ -62,18 +61,18 @@ def _make_key(obj: bpy.types.Object) -> None:
 
 def _start_of(obj: bpy.types.Object) -> PoseState | None:
     start = _starts.get(obj.arap.follow_start)
-    if start is None or (start.object_name != obj.name and start.object_name in bpy.data.objects):
+    if start is None or start.uid != obj.session_uid:
         return None  # a copy has the number of the original, and handles of its own
     return start
 
 
-@persistent
-def _on_load(*_: object) -> None:
+def forget() -> None:
+    """Another file was loaded."""
     _starts.clear()
 
 
-CALLBACKS = ((hooks.live_toggled, _on_toggled), (bpy.app.handlers.load_post, _on_load))
+CALLBACKS = ((hooks.live_toggled, _on_toggled),)
 
 
 def unregister() -> None:
-    _starts.clear()
+    forget()

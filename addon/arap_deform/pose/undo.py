@@ -12,10 +12,11 @@ import secrets
 from collections.abc import Callable
 
 import bpy
-from bpy.app.handlers import persistent
 
-_ended: dict[int, str] = {}
-"""The name of the object, by the number of the act."""
+from ..scene import known
+
+_ended: dict[int, int] = {}
+"""The uid of the object, by the number of the act."""
 
 _step: Callable[[], set[str]] | None = None  # undo or redo, whichever came last
 
@@ -32,28 +33,29 @@ def is_within(obj: bpy.types.Object, number: int) -> bool:
     return bool(obj.arap.pose_act == number)
 
 
-def finish(name: str, number: int, *, as_one_step: bool) -> None:
+def finish(uid: int, number: int, *, as_one_step: bool) -> None:
     """Takes the number away; the caller pushes the step to keep.
 
     Args:
-        name: of the posed object.
+        uid: of the posed object.
         number: of the act.
         as_one_step: undo and redo pass over the steps within the act.
     """
-    for obj in bpy.data.objects:  # a copy that was made within the act has the number too
+    known.look_for_new()  # a copy that was made within the act has the number too
+    for obj in known.all_objects():
         if obj.arap.pose_act == number:
             obj.arap.pose_act = 0
     if as_one_step:
-        _ended[number] = name
+        _ended[number] = uid
 
 
 def _objects_within_ended() -> list[bpy.types.Object]:
-    objects = bpy.data.objects
-    return [objects[name] for number, name in _ended.items() if name in objects and is_within(objects[name], number)]
+    found = ((number, known.find(uid)) for number, uid in _ended.items())
+    return [obj for number, obj in found if obj is not None and is_within(obj, number)]
 
 
-def _pass_over(step: Callable[[], set[str]]) -> None:
-    """Has a timer go on with undo or redo, because the present one has not ended yet."""
+def pass_over(step: Callable[[], set[str]]) -> None:
+    """After ``step``, an undo or redo: has a timer go on with it, because the present one has not ended yet."""
     global _step  # noqa: PLW0603 - a timer takes no arguments
     _step = step
     if _objects_within_ended() and not bpy.app.timers.is_registered(_go_on):
@@ -65,9 +67,8 @@ def _go_on() -> float | None:
     """The timer: goes one step in the direction of the last undo or redo, until the act is passed."""
     if not _objects_within_ended() or _step is None:
         return None  # another undo or redo has passed the act
-    names = {obj.name for obj in _objects_within_ended()}
-    windows = bpy.context.window_manager.windows
-    window = next((w for w in windows if names & set(w.scene.objects.keys())), windows[0])
+    within, windows = _objects_within_ended(), bpy.context.window_manager.windows
+    window = next((w for w in windows if any(known.is_in(w.scene, obj) for obj in within)), windows[0])
     with bpy.context.temp_override(window=window):
         is_last = not _step.poll() or "FINISHED" not in _step()  # type: ignore[attr-defined]
     if is_last:  # Blender has forgotten older steps
@@ -76,29 +77,12 @@ def _go_on() -> float | None:
     return 0.0 if _objects_within_ended() else None
 
 
-@persistent
-def _after_undo(*_: object) -> None:
-    _pass_over(bpy.ops.ed.undo)
-
-
-@persistent
-def _after_redo(*_: object) -> None:
-    _pass_over(bpy.ops.ed.redo)
-
-
-@persistent
-def _after_load(*_: object) -> None:
-    _ended.clear()  # another file has other steps
-
-
-CALLBACKS = (
-    (bpy.app.handlers.undo_post, _after_undo),
-    (bpy.app.handlers.redo_post, _after_redo),
-    (bpy.app.handlers.load_post, _after_load),
-)
+def forget() -> None:
+    """Another file has other steps."""
+    _ended.clear()
 
 
 def unregister() -> None:
     if bpy.app.timers.is_registered(_go_on):
         bpy.app.timers.unregister(_go_on)
-    _ended.clear()
+    forget()

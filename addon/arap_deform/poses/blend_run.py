@@ -13,6 +13,7 @@ from ..follow import ready
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
+from ..scene import known
 from ..ui import waiting
 from ..ui.modal import ModalRun
 from ..ui.waits import Wait, wait_for_bind
@@ -23,7 +24,7 @@ PIXELS_A_BLEND = 300  # from one pose to the other, at UI scale 1
 
 
 class BlendRun(ModalRun):
-    """One drag, until it is kept or cancelled. It holds names, no Blender data."""
+    """One drag, until it is kept or cancelled. It holds no Blender data."""
 
     doing = "its poses are blended"
 
@@ -44,7 +45,8 @@ class BlendRun(ModalRun):
             mouse_x: pixel of the mouse at factor 0.
             is_followed: Pose or Live keeps the mesh to its handles.
         """
-        self._name = obj.name
+        self._uid = known.add(obj)
+        self._name = obj.name  # for messages
         self._blend = blend
         self._start_x = mouse_x
         self._pixels = PIXELS_A_BLEND * context.preferences.system.ui_scale
@@ -54,7 +56,7 @@ class BlendRun(ModalRun):
         self._follower = None if is_followed else Follower(BlenderFollowScene(obj))
         if self._follower is not None:
             self._follower.begin()
-            sessions.claim(obj.name, self)
+            sessions.claim(obj, self)
         super().__init__(context, TIMER_S)
 
     def wait(self) -> Wait | None:
@@ -77,9 +79,9 @@ class BlendRun(ModalRun):
     def set_factor(self, factor: float) -> None:
         """Moves the handles. Raises as the blend."""
         self.restore_handles()  # the blend may begin at their places
-        obj = bpy.data.objects.get((self._name, None))
+        obj = known.find(self._uid)
         if obj is None:
-            raise RuntimeError(f"'{self._name}' was deleted or renamed")
+            raise RuntimeError(f"'{self._name}' was deleted")
         self._blend(obj, factor)
 
     def tick(self) -> bool:
@@ -103,7 +105,7 @@ class BlendRun(ModalRun):
             return
         if self._follower is not None:
             self._follower.drop()
-            sessions.release(self._name, self)
+            sessions.release(self._uid, self)
         self.leave()
 
     def abort(self, _message: str = "") -> str:
@@ -113,7 +115,7 @@ class BlendRun(ModalRun):
 
     def restore(self) -> str:
         """Puts everything back that still exists. Returns what could not be put back and why, else ''."""
-        obj = bpy.data.objects.get((self._name, None))
+        obj = known.find(self._uid)
         try:
             if obj is None or self._follower is None:
                 self.restore_handles()

@@ -405,6 +405,11 @@ class ArapObject(bpy.types.PropertyGroup):
         options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"
     )
 
+    def has_data(self) -> bool:
+        """Whether there is anything that must be looked at when the scene changes."""
+        lists = (self.handles, self.pins, self.followers, self.pull_pins)
+        return any(map(len, lists)) or self.is_live or self.carried.body is not None or self.pose_act != 0
+
 
 def register() -> None:
     bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")

@@ -59,7 +59,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
             draw_lines(corner + np.concatenate([pivot, place[1:2]]), color)
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
-    is_pulled = obj is not None and obj.name in {r.scene.name for r in runs}
+    is_pulled = obj is not None and obj.session_uid in {r.scene.uid for r in runs}
     if obj is not None and obj.mode == "OBJECT" and not is_pulled and not why_caged(obj):
         view = seen_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
@@ -75,7 +75,7 @@ def hover(
     global _hover  # noqa: PLW0603 - drawing functions keep nothing, so the module keeps the last pick
     depsgraph = meshes.drawn_depsgraph(context)
     try:
-        now = (obj.name, seen_mesh.read(obj, depsgraph), mouse, radius, view.perspective.tobytes(), view.size)
+        now = (obj.session_uid, seen_mesh.read(obj, depsgraph), mouse, radius, view.perspective.tobytes(), view.size)
         if _hover[0] != now:
             _hover = (now, seen_mesh.pick(obj, depsgraph, view, mouse, radius))
         return _hover[1]

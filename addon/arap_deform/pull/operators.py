@@ -5,13 +5,12 @@
 from dataclasses import replace
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ..core.naming import counted
 from ..core.native import ERRORS, sentence_of
 from ..follow.act import End, Ending, Phase
 from ..props import preferences
-from ..scene import redraw, shape_keys
+from ..scene import known, redraw, shape_keys
 from ..scene.registration import for_each
 from ..setup.handles import following_first_handle
 from ..setup.rows import take_in_hand
@@ -147,9 +146,9 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         self._check()
         assert self._grip is not None
-        obj = bpy.data.objects.get(self._grip.object_name)
+        obj = known.find(self._grip.uid)
         if obj is None:
-            raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
+            raise ValueError("The mesh was deleted: the pull has ended")
         self._run = PullRun(context, obj, self._grip)
         _take_in_hand(context, obj)
         self._run.drag.set_mode(_mode_of(event))
@@ -309,9 +308,6 @@ class ARAP_OT_pull_tool(ArapOperator, bpy.types.Operator):
         bpy.ops.wm.tool_set_by_id(name=tool.IDNAME)
 
 
-@persistent
-def _on_undo(*_: object) -> None:
-    for_each(runs, PullRun.undone)
-
-
-CALLBACKS = ((bpy.app.handlers.undo_post, _on_undo), (bpy.app.handlers.redo_post, _on_undo))
+def undone() -> None:
+    """After an undo."""
+    for_each(runs.copy(), PullRun.undone)

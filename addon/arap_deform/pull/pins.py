@@ -13,7 +13,7 @@ from ..core.arrays import Float32s, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..props.bounds import bounded
-from ..scene import groups, meshes, pose_key, staying, versions
+from ..scene import groups, known, meshes, pose_key, staying, versions
 from ..setup.handles import add_handle
 from ..setup.names import name_for
 from ..setup.pins import add_pin
@@ -76,7 +76,7 @@ def forget_stale(obj: bpy.types.Object) -> None:
 
 def objects_with_pins() -> list[bpy.types.Object]:
     """Objects of this file; linked ones are left out."""
-    return [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.library is None and obj.arap.pull_pins]
+    return [obj for obj in known.all_objects() if obj.type == "MESH" and obj.library is None and obj.arap.pull_pins]
 
 
 def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[int, int]:

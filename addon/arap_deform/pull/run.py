@@ -17,7 +17,7 @@ from ..live.runs import give_up
 from ..pose.run import ActRun
 from ..props import preferences
 from ..props.bounds import bounded
-from ..scene import meshes, versions
+from ..scene import known, meshes, versions
 from . import pins, seen_mesh
 from .drag import Drag, Mode
 from .region import Grab, connected_within, symmetric_grabs
@@ -34,11 +34,12 @@ class Grip:
     """The place that the mouse drags; no Blender data.
 
     Attributes:
+        uid: of the mesh.
         view, mouse: the view and the pixel at the press.
         pick: the surface there.
     """
 
-    object_name: str
+    uid: int
     view: View
     mouse: Pixels
     pick: seen_mesh.Pick
@@ -49,7 +50,7 @@ def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[fl
     view = seen_mesh.view_of(context.region, context.region_data)
     radius = preferences.pull().radius
     pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius)
-    return None if pick is None else Grip(obj.name, view, mouse, pick)
+    return None if pick is None else Grip(known.add(obj), view, mouse, pick)
 
 
 def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, patch: Grab) -> list[Grab]:

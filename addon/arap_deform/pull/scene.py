@@ -47,7 +47,7 @@ class PullScene(ActScene):
         self._binding = None
 
     def is_bound(self) -> bool:
-        bound = sessions.get(self.name)
+        bound = sessions.get(self.uid)
         if bound is None or self._binding is None or bound.session is not self._binding.result():
             return False
         self._frame = Frame(self._obj(), bpy.context.evaluated_depsgraph_get(), holds=self.pull.holds)

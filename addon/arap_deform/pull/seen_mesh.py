@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats, Ints
 from ..core.graph import fans
 from ..core.transforms import transformed
-from ..scene import meshes, versions
+from ..scene import known, meshes, versions
 from .ray import cast
 from .region import connected_within
 from .view import View
@@ -73,10 +73,10 @@ class Pick:
     radius: float
 
 
-# By full names of objects: a linked object may have the name of a local one.
-_seen: dict[str, SeenMesh] = {}
-_topologies: dict[str, tuple[str, Topology]] = {}
-"""The name of the mesh comes first: an object may get another mesh with the same counts."""
+_seen: dict[int, SeenMesh] = {}
+"""By uid of the object."""
+_topologies: dict[int, tuple[int, Topology]] = {}
+"""By uid of the object, with that of its mesh: it may get another one with the same counts."""
 
 
 def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
@@ -112,7 +112,7 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
     Raises:
         ValueError: a modifier makes vertices that cannot be traced back to the mesh.
     """
-    seen = _seen.get(obj.name_full)
+    seen = _seen.get(obj.session_uid)
     if seen is None:
         evaluated = obj.evaluated_get(depsgraph)
         positions = versions.read_positions(evaluated.data)
@@ -121,7 +121,7 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
         if not is_own:
             _check_modifiers(obj, loses_vertices=len(positions) < n)
         world = transformed(meshes.read_matrix(obj, depsgraph), positions[:n])
-        seen = _seen[obj.name_full] = SeenMesh(world, _topology(obj), is_own)
+        seen = _seen[known.add(obj)] = SeenMesh(world, _topology(obj), is_own)
     return seen
 
 
@@ -157,18 +157,18 @@ def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:
 
 def _topology(obj: bpy.types.Object) -> Topology:
     mesh = obj.data
-    mesh_name, topology = _topologies.get(obj.name_full, ("", None))
+    mesh_uid, topology = _topologies.get(obj.session_uid, (0, None))
     counts = len(mesh.edges), len(mesh.loops), len(mesh.polygons) + 1
     if (
         topology is None
-        or mesh_name != mesh.name_full
+        or mesh_uid != mesh.session_uid
         or counts != (len(topology.edges), len(topology.corner_vertices), len(topology.face_starts))
     ):
         starts = np.empty(len(mesh.polygons) + 1, dtype=np.int32)
         mesh.polygons.foreach_get("loop_start", starts[:-1])
         starts[-1] = len(mesh.loops)
         topology = Topology(versions.read_edges(mesh), versions.read_corner_vertices(mesh), starts)
-        _topologies[obj.name_full] = mesh.name_full, topology
+        _topologies[known.add(obj)] = mesh.session_uid, topology
     return topology
 
 
@@ -182,13 +182,12 @@ def patch_triangles(seen: SeenMesh, vertices: NDArray[np.int32]) -> Ints:
     return fans(topology.corner_vertices, starts[faces], sizes[faces])
 
 
-def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
-    """After an evaluation: forgets the objects that have changed."""
-    for update in depsgraph.updates:
-        if isinstance(update.id, bpy.types.Object) and (update.is_updated_geometry or update.is_updated_transform):
-            _seen.pop(update.id.name_full, None)
-            if update.id.mode != "OBJECT":
-                _topologies.pop(update.id.name_full, None)
+def forget_updated(update: known.Update) -> None:
+    """After an evaluation: forgets an object that has changed."""
+    if update.is_deformed or update.is_moved:
+        _seen.pop(update.uid, None)
+        if update.obj.mode != "OBJECT":
+            _topologies.pop(update.uid, None)
 
 
 def forget_places() -> None:

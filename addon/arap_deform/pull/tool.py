@@ -8,7 +8,6 @@ from typing import Any
 
 import bl_ui.space_toolsystem_common
 import bpy
-from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..props import preferences
@@ -124,17 +123,10 @@ def _look() -> float | None:
     return LOOK_S if has_tool and objects else None
 
 
-@persistent
-def _on_change(*_: object) -> None:
+def replaced() -> None:
+    """After an undo or the load of a file."""
     if pins.objects_with_pins():
         watch()
-
-
-CALLBACKS = (
-    (bpy.app.handlers.undo_post, _on_change),
-    (bpy.app.handlers.redo_post, _on_change),
-    (bpy.app.handlers.load_post, _on_change),
-)
 
 
 def register() -> None:

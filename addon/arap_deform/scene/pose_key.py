@@ -243,7 +243,7 @@ def adopt(obj: bpy.types.Object, name: str) -> None:
 
 def tell_session(obj: bpy.types.Object) -> None:
     """Tells the live session, if any, which key is the live one."""
-    bound = sessions.get(obj.name)
+    bound = sessions.get(obj.session_uid)
     if bound is not None:
         bound.inputs = replace(bound.inputs, key_name=name_of(obj))
 

@@ -9,7 +9,6 @@
 
 from __future__ import annotations
 
-import functools
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -35,9 +34,13 @@ _draw_handles: dict[str, list[Any]] = {}
 _is_quiet = False
 
 
+def is_quiet() -> bool:
+    return _is_quiet
+
+
 @contextmanager
 def quiet() -> Iterator[None]:
-    """While a scene is evaluated that will be again as it was: none of our handlers hears of it."""
+    """While a scene is evaluated that will be again as it was: the handler does not look at it."""
     global _is_quiet  # noqa: PLW0603 - handlers take no other message
     before, _is_quiet = _is_quiet, True
     try:
@@ -69,24 +72,14 @@ def unregister(module: ModuleType) -> None:
 
 def add(callbacks: Callbacks) -> None:
     for functions, function in callbacks:
-        is_of_evaluation = functions is bpy.app.handlers.depsgraph_update_post
-        functions.append(_unless_quiet(function) if is_of_evaluation else function)
+        functions.append(function)
 
 
 def remove(callbacks: Callbacks) -> None:
     """Takes them out again. Loading a file may have done so: Blender keeps only persistent functions."""
     for functions, function in callbacks:
-        for added in [added for added in functions if getattr(added, "__wrapped__", added) == function]:
-            functions.remove(added)
-
-
-def _unless_quiet(function: Callable[..., None]) -> Callable[..., None]:
-    @functools.wraps(function)  # with the mark of a persistent one
-    def heard(*arguments: Any) -> None:
-        if not _is_quiet:
-            function(*arguments)
-
-    return heard
+        if function in functions:
+            functions.remove(function)
 
 
 def for_each(items: Iterable[Item], act: Callable[[Item], object]) -> None:

@@ -89,11 +89,11 @@ def _places(obj: bpy.types.Object) -> dict[tuple[str | int, ...], Entry]:
     return pins | {("handle", handle.number, *_choices_of(handle)): handle for handle in obj.arap.handles}
 
 
-def _choices_of(handle: ArapHandle) -> tuple[str, ...]:
-    """Names of the group and the object that the artist has chosen. What was made for the handle may be renamed."""
+def _choices_of(handle: ArapHandle) -> tuple[str | int, ...]:
+    """The group, the object and the bone that the artist has chosen. What was made for the handle may be another."""
     group = "" if handle.has_made_group else handle.vertex_group
     target = None if handle.has_made_target else handle.target
-    return (group, "", "") if target is None else (group, target.name_full, handle.bone)
+    return (group, 0, "") if target is None else (group, target.session_uid, handle.bone)
 
 
 def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[Entry]) -> list[_Entry]:

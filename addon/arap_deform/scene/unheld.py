@@ -59,7 +59,7 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
 
 def _beside_bones(obj: bpy.types.Object) -> tuple[Ints, int]:
     """As find(). Only a bound model knows what bones pass through."""
-    bound = sessions.get(obj.name_full)
-    if bound is None or not isinstance(bound.session, Session) or sessions.readout(obj.name_full) is None:
+    bound = sessions.get(obj.session_uid)
+    if bound is None or not isinstance(bound.session, Session) or sessions.readout(obj.session_uid) is None:
         raise ValueError(f"What bones move of '{obj.name}' is known once it was posed: tick Follow, or press Solve")
     return bound.session.at_rest

@@ -6,10 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-from bpy.app.handlers import persistent
 
 from ..props import hooks
-from ..scene import meshes, redraw, versions
+from ..scene import known, meshes, redraw, versions
 from ..scene.registration import for_each
 from ..ui.checks import select_alone
 from .handles import HANDLES
@@ -65,8 +64,9 @@ def _on_chosen(obj: bpy.types.Object, row: int) -> None:
 
 def count_soon(obj: bpy.types.Object) -> None:
     """For drawing, which must change nothing: if rows are missing, has a timer count them."""
-    if _is_miscounted(obj) and not bpy.app.timers.is_registered(_count_all):
-        bpy.app.timers.register(_count_all, first_interval=0.0, persistent=True)
+    known.add(obj)
+    if _is_miscounted(obj) and not bpy.app.timers.is_registered(count_all):
+        bpy.app.timers.register(count_all, first_interval=0.0, persistent=True)
 
 
 def _is_miscounted(obj: bpy.types.Object) -> bool:
@@ -77,19 +77,15 @@ def _is_miscounted(obj: bpy.types.Object) -> bool:
     return obj.library is None and not meshes.is_override(obj)
 
 
-def _count_all() -> None:
-    for_each((obj for obj in bpy.data.objects if _is_miscounted(obj)), count_rows)
+def count_all() -> None:
+    """Also after the load of a file."""
+    for_each((obj for obj in known.all_objects() if _is_miscounted(obj)), count_rows)
     redraw.tag_panels()
 
 
-@persistent
-def _on_load(*_: object) -> None:
-    _count_all()
-
-
-CALLBACKS = ((hooks.row_chosen, _on_chosen), (bpy.app.handlers.load_post, _on_load))
+CALLBACKS = ((hooks.row_chosen, _on_chosen),)
 
 
 def unregister() -> None:
-    if bpy.app.timers.is_registered(_count_all):
-        bpy.app.timers.unregister(_count_all)
+    if bpy.app.timers.is_registered(count_all):
+        bpy.app.timers.unregister(count_all)

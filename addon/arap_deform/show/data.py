@@ -74,7 +74,7 @@ def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
 
 def cube_edges(obj: bpy.types.Object) -> Float32s:
     """(2 e, 3) float32, object space: of its live session's lattice; none without one, or while it is at work."""
-    bound = sessions.get(obj.name_full)
+    bound = sessions.get(obj.session_uid)
     if bound is not None and isinstance(bound.session, Session):
         with suppress(RuntimeError):
             return bound.session.cube_edges()

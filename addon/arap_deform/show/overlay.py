@@ -11,14 +11,13 @@ from typing import Any
 import bpy
 import gpu
 import numpy as np
-from bpy.app.handlers import persistent
 from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Float32s, Ints
 from ..core.session_data import Readout
 from ..props.bounds import bounded
-from ..scene import meshes, pose_key, versions
+from ..scene import known, meshes, pose_key, versions
 from ..ui import batches
 from ..ui.checks import find_drawn_object
 from . import data
@@ -56,7 +55,7 @@ class Drawn:
         stamp = (_changes, *shows, bounded(settings, "strain_limit"))
         if stamp == self._stamp and self.is_of(obj):
             return
-        self._stamp, self._readout = stamp, sessions.readout(obj.name_full)
+        self._stamp, self._readout = stamp, sessions.readout(obj.session_uid)
         self.heat = self.pins = self.cubes = None
         if settings.show_cubes and len(edges := data.cube_edges(obj)):
             self.cubes = batches.plain_batch("LINES", edges)
@@ -70,7 +69,7 @@ class Drawn:
 
     def is_of(self, obj: bpy.types.Object) -> bool:
         """Whether the object was not solved after the batches were made."""
-        return self._readout is sessions.readout(obj.name_full)
+        return self._readout is sessions.readout(obj.session_uid)
 
     def _update_lines(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         ends = data.handle_lines(obj, depsgraph) if obj.arap.overlay.show_handles else self.ends[:0]
@@ -95,8 +94,8 @@ class Drawn:
             batches.draw_points(self.rests, Matrix(), color, REST_SIZE, is_hidden_behind=False)
 
 
-_drawn: dict[str, Drawn] = {}
-"""The last drawn object by its full name; one or none."""
+_drawn: dict[int, Drawn] = {}
+"""The last drawn object by its uid; one or none."""
 _changes = 0  # counts evaluations that may have changed the drawn data
 
 
@@ -121,11 +120,11 @@ def _draw_in_space() -> None:
     if obj is None:
         return
     depsgraph = meshes.drawn_depsgraph(context)
-    drawn = _drawn.get(obj.name_full)
+    drawn = _drawn.get(obj.session_uid)
     if drawn is None or not drawn.surface.fits(obj):
         _drawn.clear()
         try:
-            drawn = _drawn[obj.name_full] = Drawn(data.Surface.read(obj, depsgraph))
+            drawn = _drawn[known.add(obj)] = Drawn(data.Surface.read(obj, depsgraph))
         except ValueError:  # scaled to nothing, so it cannot be seen
             return
     drawn.update(obj, depsgraph)
@@ -138,42 +137,33 @@ def _draw_on_screen() -> None:
         draw_legend(bpy.context, bounded(obj.arap.overlay, "strain_limit"))
 
 
-@persistent
-def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+def updated(update: known.Update) -> None:
+    """After an evaluation."""
     global _changes  # noqa: PLW0603 - counted by handlers, compared when drawing
-    for name, drawn in list(_drawn.items()):
-        updated = [update.id.original for update in depsgraph.updates if update.is_updated_geometry]
-        obj = next((item for item in updated if isinstance(item, bpy.types.Object) and item.name_full == name), None)
-        if obj is not None:
-            _changes += 1
-            if obj.data in updated and drawn.is_of(obj):
-                # A change, but not by a solve: of faces, rest shape or groups.
-                if obj.mode == "WEIGHT_PAINT":
-                    drawn.has_pinned = False  # only groups change, at each step of a stroke
-                else:
-                    _drawn.clear()
+    drawn = _drawn.get(update.uid)
+    if drawn is None or not update.is_deformed:
+        return
+    _changes += 1
+    if update.has_new_data and drawn.is_of(update.obj):
+        # A change, but not by a solve: of faces, rest shape or groups.
+        if update.obj.mode == "WEIGHT_PAINT":
+            drawn.has_pinned = False  # only groups change, at each step of a stroke
+        else:
+            _drawn.clear()
 
 
-@persistent
-def _on_frame(*_: object) -> None:
+def frame_changed() -> None:
     global _changes  # noqa: PLW0603 - as above
     _changes += 1
 
 
-@persistent
-def _forget(*_: object) -> None:
+def forget() -> None:
+    """After an undo or the load of a file."""
     _drawn.clear()
 
 
-CALLBACKS = (
-    (bpy.app.handlers.depsgraph_update_post, _on_update),
-    (bpy.app.handlers.frame_change_post, _on_frame),
-    (bpy.app.handlers.undo_post, _forget),
-    (bpy.app.handlers.redo_post, _forget),
-    (bpy.app.handlers.load_post, _forget),
-)
 DRAWN = ((_draw_in_space, "POST_VIEW"), (_draw_on_screen, "POST_PIXEL"))
 
 
 def unregister() -> None:
-    _drawn.clear()
+    forget()

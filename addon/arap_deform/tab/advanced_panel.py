@@ -33,7 +33,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         column = split_column(layout)
         key_name = column.row()
-        key_name.enabled = not sessions.claimed_by(obj.name_full)  # the act is writing to that key
+        key_name.enabled = not sessions.claimed_by(obj.session_uid)  # the act is writing to that key
         key_name.prop(settings, "key_name")
         if enabled_cage(obj) is not None:
             return  # the rest is for handles
@@ -62,10 +62,10 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
         obj = find_posed_object(context)
         if obj is None or enabled_cage(obj) is not None:  # there is nothing to iterate
             return False
-        return sessions.readout(obj.name_full) is not None
+        return sessions.readout(obj.session_uid) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        readout = sessions.readout(posed_object(context).name_full)
+        readout = sessions.readout(posed_object(context).session_uid)
         assert readout is not None
         rows = [
             ("Vertices", f"{readout.vertices:,}"),
@@ -80,7 +80,7 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
 
 def _draw_inside(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """What a solid makes of parts that are open or thin, once that is known."""
-    bound = sessions.get(obj.name_full)
+    bound = sessions.get(obj.session_uid)
     if bound is None or not isinstance(bound.session, Session):
         return
     if not bound.session.has_inside:

@@ -59,7 +59,7 @@ def next_step(context: bpy.types.Context) -> Step:
 
 
 def _while_posing(obj: bpy.types.Object) -> Step:
-    act = sessions.acts[obj.name_full]
+    act = sessions.acts[obj.session_uid]
     assert isinstance(act, PoseAct)
     if act.phase is Phase.BINDING:
         return Step("Preparing", fraction=act.bind_fraction)

@@ -96,7 +96,7 @@ def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
         draw_text(context, layout, "The cage moves the whole mesh. Handles and pins rest meanwhile.", "INFO")
     if obj.arap.is_live and runs.render_notice():
         draw_text(context, layout, runs.render_notice(), "ERROR")
-    readout = sessions.readout(obj.name_full)
+    readout = sessions.readout(obj.session_uid)
     if readout is not None and readout.outside:
         text = f"Outside of the mesh, so they move nothing: {listed(readout.outside)}"
         draw_text(context, layout, text, "INFO")

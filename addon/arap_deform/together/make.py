@@ -18,7 +18,7 @@ from ..core.naming import listed
 from ..core.together.bridges import connected
 from ..core.together.fewer import simplified
 from ..core.together.shape import Shape, centre_of, joined
-from ..scene import groups, meshes, versions
+from ..scene import groups, known, meshes, versions
 from ..scene.points import objects as points
 from ..setup.handles import remove_handle
 from ..setup.made_objects import collection_for_made
@@ -30,7 +30,7 @@ SIMPLIFIED_SHARE = 0.9
 
 
 class StandInJob:
-    """A Job that makes a stand-in, see pose_together(). It holds names, no Blender data."""
+    """A Job that makes a stand-in, see pose_together(). It holds no Blender data."""
 
     noun = "stand-in"
 
@@ -41,8 +41,9 @@ class StandInJob:
         check(pieces, vertices)
         self.along = [obj.name for obj in chosen if obj not in pieces]
         """What goes along with another one of the objects, as before."""
-        self.object_name: str = pieces[0].name
-        self._names = [piece.name for piece in pieces]
+        self.uid = known.add(pieces[0])
+        self.object_name: str = pieces[0].name  # for messages
+        self._names = {known.add(piece): piece.name for piece in pieces}
         self._vertices = vertices
         self._groups = groups_of(pieces)
         self._posed: list[str] = []
@@ -100,10 +101,12 @@ class StandInJob:
 
     def _pieces(self) -> list[bpy.types.Object]:
         """The meshes. Raises RuntimeError if one is gone."""
-        pieces = [bpy.data.objects.get((name, None)) for name in self._names]
-        gone = next((name for name, piece in zip(self._names, pieces, strict=True) if piece is None), "")
-        if gone:
-            raise RuntimeError(f"'{gone}' is gone: the stand-in was not made")
+        pieces = []
+        for uid, name in self._names.items():
+            piece = known.find(uid)
+            if piece is None:
+                raise RuntimeError(f"'{name}' is gone: the stand-in was not made")
+            pieces.append(piece)
         return pieces
 
     def _steps(self) -> Generator[None, None, None]:

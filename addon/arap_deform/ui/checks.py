@@ -12,7 +12,7 @@ import bpy
 from ..core import native, sessions
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
-from ..scene import baked, meshes, pose_key, remembered
+from ..scene import baked, known, meshes, pose_key, remembered
 from ..scene.cages.read import enabled_cage, is_cage_of
 
 Execute = Callable[..., set[str]]
@@ -41,8 +41,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 def _find(context: bpy.types.Context) -> bpy.types.Object | None:
     active = getattr(context, "object", None)  # a timer or a handler may have no window
-    found = [_local_object(context.view_layer, name) for name in sessions.acts]
-    posed = [obj for obj in found if obj is not None]  # the others are in another scene, or renamed
+    posed = [obj for uid in sessions.acts if known.is_in(context.view_layer, obj := known.find(uid))]
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
@@ -55,7 +54,7 @@ def _find(context: bpy.types.Context) -> bpy.types.Object | None:
             if obj is not None and remembered.is_moved_by(obj, active):
                 return obj
         owner = remembered.owner_of(context.view_layer, active) or active.arap.carried.body
-        if owner is not None and context.view_layer.objects.get(owner.name) == owner:
+        if known.is_in(context.view_layer, owner):
             return owner
     if len(posed) == 1:
         return posed[0]
@@ -70,14 +69,6 @@ def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
         return None
     obj = find_posed_object(context)
     return obj if obj is not None and obj.visible_in_viewport_get(space) else None
-
-
-def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object | None:
-    """The object of that name in this file. A linked object may have the same name."""
-    obj = view_layer.objects.get(name)
-    if obj is None or obj.library is None:
-        return obj
-    return next((other for other in view_layer.objects if other.name_full == name), None)
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
@@ -118,7 +109,7 @@ def why_not_object_mode(obj: bpy.types.Object) -> str:
 
 def why_busy(obj: bpy.types.Object) -> str:
     """Which act is using the mesh, and how to end it, '' if none is."""
-    act = sessions.acts.get(obj.name_full)
+    act = sessions.acts.get(obj.session_uid)
     if isinstance(act, PoseAct):
         if act.is_drag:
             return "The mesh is being pulled: wait until it settles, or press Esc"
@@ -133,7 +124,7 @@ def is_posed(obj: bpy.types.Object) -> bool:
 
 
 def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
-    act = sessions.acts.get(obj.name_full)
+    act = sessions.acts.get(obj.session_uid)
     return act if isinstance(act, PoseAct) and not act.is_drag else None
 
 

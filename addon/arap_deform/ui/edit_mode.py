@@ -8,11 +8,11 @@ from contextlib import contextmanager
 
 import bpy
 
-from ..scene import undo_step
+from ..scene import known, undo_step
 from .checks import ArapOperator
 
-_to_edit: str = ""
-"""The mesh that goes back to Edit Mode when the operator has ended."""
+_to_edit = 0
+"""The uid of the mesh that goes back to Edit Mode when the operator has ended."""
 _window = 0  # address of the window in which it does so
 
 
@@ -62,18 +62,18 @@ class OneStepOperator(ArapOperator):
 
 def is_edited(obj: bpy.types.Object) -> bool:
     """Whether it is in Edit Mode, or will be at once."""
-    return bool(obj.mode == "EDIT" or obj.name == _to_edit)
+    return bool(obj.mode == "EDIT" or obj.session_uid == _to_edit)
 
 
 def _go_back_to_edit_mode(obj: bpy.types.Object) -> None:
     global _to_edit, _window
-    _to_edit, _window = obj.name, bpy.context.window.as_pointer()
+    _to_edit, _window = known.add(obj), bpy.context.window.as_pointer()
     bpy.app.timers.register(_enter, first_interval=0.0, persistent=True)
 
 
 def _enter() -> None:
     global _to_edit
-    obj, _to_edit = bpy.data.objects.get((_to_edit, None)), ""
+    obj, _to_edit = known.find(_to_edit), 0
     # Something else may have come first: an undo, another file, the end of the window.
     window = next((w for w in bpy.context.window_manager.windows if w.as_pointer() == _window), None)
     if obj is None or window is None or obj != window.view_layer.objects.active or obj.mode != "OBJECT":

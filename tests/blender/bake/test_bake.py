@@ -3,7 +3,7 @@
 
 import numpy as np
 from looks import data_of, key_names, key_positions, rest_positions, shown_positions
-from support import SceneTest, bpy, module
+from support import SceneTest, bpy, module, uid
 from tubes import TOP, animated, armature, empty_at, mesh_object, own_key, posable
 
 CANCELLED = "The bake of 'Tube' was cancelled; nothing has changed"
@@ -405,14 +405,14 @@ class CancelTest(SceneTest):
         job.step(1e-6)
         self.assertIsNotNone(job.bind_fraction)
         job.cancel()
-        self.assertIsNone(module("core.sessions").get("Tube"))
+        self.assertIsNone(module("core.sessions").get(uid("Tube")))
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         self.assertTrue(job.step())
         while job.bind_fraction is not None:
             self.assertTrue(job.step())
         self.assertEqual(job.fraction, 0.0)
         job.cancel()
-        self.assertIsNone(module("core.sessions").get("Tube"))
+        self.assertIsNone(module("core.sessions").get(uid("Tube")))
         obj.data.vertices[9].co.x = float("nan")
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         with self.assertRaisesRegex(ValueError, "9"):
@@ -427,7 +427,7 @@ class CancelTest(SceneTest):
         job.step(1e-6)
         self.assertIsNone(job.bind_fraction)
         job.cancel()
-        self.assertIsNotNone(module("core.sessions").get("Tube"))
+        self.assertIsNotNone(module("core.sessions").get(uid("Tube")))
 
     def test_a_job_goes_in_steps(self):
         obj = animated()
@@ -461,9 +461,18 @@ class CancelTest(SceneTest):
         self.assert_error(RuntimeError, message, job.step)
         bpy.data.objects.remove(obj)
         self.assert_error(RuntimeError, "'Tube' is gone: the bake has ended", job.step)
-        self.scene.name = "Other"
+        bpy.data.scenes.new("Other")
+        bpy.data.scenes.remove(self.scene)
         self.assert_error(RuntimeError, "Scene 'Scene' is gone: the bake has ended", job.step)
         job.cancel()
+
+    def test_a_job_whose_object_and_scene_get_other_names_goes_on(self):
+        obj = animated()
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        obj.name, self.scene.name = "Pole", "Other"
+        while job.step(time_limit_s=60.0):
+            pass
+        self.assertEqual(job.finish(), ["ARAP_0001", "ARAP_0011", "ARAP_0021"])
 
     def test_live_session_goes_on_where_it_was(self):
         obj = animated()

@@ -3,7 +3,7 @@
 
 import numpy as np
 from looks import data_of, key_positions, shown_positions
-from support import SceneTest, bpy, module
+from support import SceneTest, bpy, module, uid
 from tubes import PLACED, animated, mesh_object, own_key
 
 
@@ -104,7 +104,7 @@ class MeshCacheTest(SceneTest):
             ),
         ):
             self.assert_error(ValueError, message, self.api.export_mesh_cache, obj, *arguments)
-        self.assertEqual(module("core.sessions").claimed_by("Tube"), "")
+        self.assertEqual(module("core.sessions").claimed_by(uid("Tube")), "")
         bpy.ops.wm.save_as_mainfile(filepath=str(self.folder / "scene.blend"))
         obj = bpy.data.objects["Tube"]
         filepaths = bpy.context.preferences.filepaths

@@ -3,7 +3,7 @@
 
 from clothes import CarryTest, eye, sleeve
 from looks import rest_positions
-from support import module
+from support import module, uid
 from tubes import bend, posable, solved
 
 
@@ -12,10 +12,10 @@ class BindTest(CarryTest):
         body, target = solved(), sleeve()
         self.api.carry_along(body, [target])
         wraps, follower = module("carry.wraps"), body.arap.followers[0]
-        wraps.forget("Sleeve")
+        wraps.forget(uid("Sleeve"))
         wraps.begin(body, follower)
-        binding = wraps._binding["Sleeve"]
-        if wraps.is_binding("Sleeve"):  # it may have ended
+        binding = wraps._binding[uid("Sleeve")]
+        if wraps.is_binding(uid("Sleeve")):  # it may have ended
             self.assertTrue(binding.wait().text.startswith("Preparing Sleeve, "))
         text = "Preparing 'Sleeve' cancelled: it does not go along until it is ticked in the list"
         self.assertEqual(binding.give_up(), text)
@@ -29,12 +29,12 @@ class BindTest(CarryTest):
         self.api.carry_along(body, [target])
         wraps, follower = module("carry.wraps"), body.arap.followers[0]
         for is_edited in (False, True):
-            wraps.forget("Sleeve")
+            wraps.forget(uid("Sleeve"))
             wraps.begin(body, follower)
-            begun = wraps._binding["Sleeve"].work
+            begun = wraps._binding[uid("Sleeve")].work
             if is_edited:
                 module("scene.versions").write_key(target.data.shape_keys.reference_key, rest_positions(target) * 1.1)
-                wraps.suspect("Sleeve")
+                wraps.suspect(uid("Sleeve"))
             self.assertIs(wraps.bound(body, follower) is begun.result(), not is_edited)
             self.assertFalse(wraps.is_any_binding())
 
@@ -44,5 +44,5 @@ class BindTest(CarryTest):
         bend(body)
         self.api.solve(body)
         wraps = module("carry.wraps")
-        self.assertEqual(len({id(wraps._bound[target.name]._surface) for target in targets}), 1)
+        self.assertEqual(len({id(wraps._bound[target.session_uid]._surface) for target in targets}), 1)
         self.assertIsNone(wraps._prepared._kept)

@@ -136,7 +136,7 @@ class ChangesTest(CarryTest):
         self.assert_goes_along(body, target)
         bpy.data.objects.remove(target)
         bpy.context.view_layer.update()
-        self.assertEqual(module("carry.wraps").names(), [])
+        self.assertEqual(module("carry.wraps").uids(), [])
 
     def test_a_hidden_follower_is_written_too(self):
         """In a window a little later; without one, at once."""

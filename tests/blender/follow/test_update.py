@@ -3,7 +3,7 @@
 
 import numpy as np
 from looks import key_positions, rest_positions, unfit
-from support import SceneTest, bpy, module
+from support import SceneTest, bpy, module, uid
 from tubes import MIDDLE, TOP, bend, mesh_object, move, posable, solved
 
 
@@ -21,8 +21,7 @@ class LiveTest(SceneTest):
             if last.stop_reason == "converged":
                 break
         self.assertEqual(last.stop_reason, "converged")
-        self.assertEqual(module("core.sessions").readout(obj.name_full), last)
-        self.assertEqual(module("core.sessions").readout("Tube"), last)
+        self.assertEqual(module("core.sessions").readout(obj.session_uid), last)
         self.api.solve(other)
         self.assert_close(key_positions(obj), key_positions(other), 2e-3)
 
@@ -38,7 +37,7 @@ class LiveTest(SceneTest):
     def test_a_session_starts_from_the_pose_shown(self):
         obj = solved()
         posed = key_positions(obj)
-        module("core.sessions").drop(obj.name)
+        module("core.sessions").drop(obj.session_uid)
         session = module("follow.update").prepare_session(obj)
         self.assert_close(session.positions, posed, 1e-6)
 
@@ -129,7 +128,7 @@ class LiveTest(SceneTest):
     def test_a_session_of_another_mesh_is_not_adopted(self):
         obj = posable()
         session = module("follow.update").prepare_session(obj)
-        inputs = module("core.sessions").get("Tube").inputs
+        inputs = module("core.sessions").get(uid("Tube")).inputs
         obj.data.vertices.add(1)
         n, faces = len(obj.data.vertices), len(obj.data.polygons)
         message = (
@@ -154,21 +153,25 @@ class LiveTest(SceneTest):
     def test_a_file_load_forgets_sessions_and_readouts(self):
         obj = posable()
         self.api.solve(obj)
+        former = obj.session_uid
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        self.assertIsNone(module("core.sessions").readout("Tube"))
-        self.assertIsNone(module("core.sessions").get("Tube"))
+        self.assertIsNone(module("core.sessions").readout(former))
+        self.assertIsNone(module("core.sessions").get(former))
 
     def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
-        for leave in (bpy.data.objects.remove, lambda obj: setattr(obj, "name", "Body")):
+        sessions = module("core.sessions")
+        for leave, is_kept in ((bpy.data.objects.remove, False), (lambda obj: setattr(obj, "name", "Body"), True)):
             obj = posable()
             self.api.solve(obj)
-            self.assertIsNotNone(module("core.sessions").readout(obj.name_full))
+            former = obj.session_uid
+            self.assertIsNotNone(sessions.readout(former))
             leave(obj)
             bpy.context.view_layer.update()
+            self.assertEqual([sessions.get(former) is not None, sessions.readout(former) is not None], [is_kept] * 2)
             obj = mesh_object()
             self.assertEqual(obj.name, "Tube")
-            self.assertIsNone(module("core.sessions").readout(obj.name_full))
-            self.assertIsNone(module("core.sessions").get("Tube"))
+            self.assertIsNone(module("core.sessions").readout(obj.session_uid))
+            self.assertIsNone(module("core.sessions").get(uid("Tube")))
             bpy.data.objects.remove(obj)
 
     def test_cancelled_solves_and_binds_change_nothing(self):

@@ -9,17 +9,10 @@ import hostile
 import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
-from support import FakeAct, SceneTest, bpy, module, opened_again
-from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, mesh_object, move, posable
+from support import FakeAct, SceneTest, bpy, module, opened_again, uid
+from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, live_tube, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
-
-
-def live_tube(name="Tube"):
-    obj = posable(name)
-    obj.arap.is_live = True
-    bpy.context.view_layer.update()
-    return obj
 
 
 def top_as_handled(obj):
@@ -36,7 +29,7 @@ class LiveToggleTest(SceneTest):
 
     def count_updates(self, obj):
         """How often the object's session has been asked to solve, from now on, in a list of one number."""
-        session = self.sessions.get(obj.name).session
+        session = self.sessions.get(obj.session_uid).session
         plain, count = session.update, [0]
 
         def update(*args, **keywords):
@@ -149,7 +142,7 @@ class LiveToggleTest(SceneTest):
                     obj.location.x += 1.0
                     bpy.context.view_layer.update()
                     bpy.context.scene.frame_set(11)
-                is_bound = self.sessions.get("Tube") is not None
+                is_bound = self.sessions.get(uid("Tube")) is not None
                 self.assertEqual((is_bound, key_names(obj), bpy.data.is_dirty), (False, before[0], self.new_is_dirty))
                 self.assert_close(shown_positions(obj), before[1], 0.0)
                 run = self.live.run_of(obj)
@@ -193,13 +186,13 @@ class LiveToggleTest(SceneTest):
 
     def test_a_bind_that_a_file_load_ends_gives_no_session_to_the_new_file(self):
         obj = live_tube()
-        former = self.sessions.get("Tube")
-        self.sessions.drop("Tube")  # it is bound again, and the thread has not begun
-        self.live.run_of(obj)._follower.drop = lambda: self.sessions.put("Tube", former)
+        former = self.sessions.get(uid("Tube"))
+        self.sessions.drop(uid("Tube"))  # it is bound again, and the thread has not begun
+        self.live.run_of(obj)._follower.drop = lambda: self.sessions.put(uid("Tube"), former)
         for function in list(bpy.app.handlers.load_post):  # what Blender does next is to evaluate: one would be bound
             if function.__module__.startswith(support.PACKAGE):
                 function("")
-        self.assertIsNone(self.sessions.get("Tube"))
+        self.assertIsNone(self.sessions.get(uid("Tube")))
 
     def test_appended_it_works_and_linked_it_shows_what_was_saved(self):
         obj = live_tube()
@@ -264,11 +257,11 @@ class LiveToggleTest(SceneTest):
     def test_waits_while_the_object_is_posed_or_baked(self):
         obj = live_tube()
         act = FakeAct("it is posed")
-        self.sessions.claim("Tube", act)
+        self.sessions.claim(bpy.data.objects["Tube"], act)
         count = self.count_updates(obj)
         bend(obj)
         self.assertEqual((count, self.live.run_of(obj).pause), ([0], "Paused while it is posed"))
-        self.sessions.release("Tube", act)
+        self.sessions.release(uid("Tube"), act)
         bpy.context.view_layer.update()
         self.scene.frame_set(2)
         self.assert_followed(obj)
@@ -278,10 +271,10 @@ class LiveToggleTest(SceneTest):
         bend(obj)
         state = module("pose.result").capture_state(obj)
         act = FakeAct("it is posed")
-        self.sessions.claim("Tube", act)
+        self.sessions.claim(bpy.data.objects["Tube"], act)
         obj.arap.rigidity = 20.0
         bpy.context.view_layer.update()
-        self.sessions.release("Tube", act)
+        self.sessions.release(uid("Tube"), act)
         self.api.prepare_session(obj)
         module("pose.result").restore_state(obj, state)
         bpy.context.view_layer.update()
@@ -291,7 +284,7 @@ class LiveToggleTest(SceneTest):
     def test_a_rename_that_is_undone_in_another_scene_leaves_it_on(self):
         obj = live_tube()
         obj.name = "Renamed"
-        self.live._on_undo(bpy.data.scenes.new("Other"))
+        self.live.undone(bpy.data.scenes.new("Other"))
         self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
         self.assertIsNotNone(self.live.run_of(obj))
 
@@ -303,10 +296,10 @@ class LiveToggleTest(SceneTest):
         job = module("bake.keys").BakeJob(obj, 1, 11, 5)
         count = self.count_updates(other)
         while job.step():
-            self.assertIn(self.sessions.claimed_by("Tube"), "it is baked")
+            self.assertIn(self.sessions.claimed_by(uid("Tube")), "it is baked")
         self.assertGreater(count[0], 0, "another one follows meanwhile")
         job.finish()
-        self.assertEqual(self.sessions.claimed_by("Tube"), "")
+        self.assertEqual(self.sessions.claimed_by(uid("Tube")), "")
         bend(obj)
         run = self.live.run_of(obj)
         self.assertEqual((run.pause, obj.arap.live_problem), ("Paused: the bake is shown. Edit Again goes on", ""))
@@ -316,7 +309,7 @@ class LiveToggleTest(SceneTest):
         self.assert_followed(other)
         job = module("bake.keys").BakeJob(other, 1, 11, 5)
         job.cancel()
-        self.assertEqual(self.sessions.claimed_by("Other"), "")
+        self.assertEqual(self.sessions.claimed_by(uid("Other")), "")
 
     # ------------------------------------------------------------------------------------------ what happens to a scene
 
@@ -333,7 +326,7 @@ class LiveToggleTest(SceneTest):
 
     def test_an_unforeseen_error_switches_off_too(self):
         obj = live_tube()
-        self.sessions.get("Tube").session.update = None
+        self.sessions.get(uid("Tube")).session.update = None
         with contextlib.redirect_stderr(io.StringIO()) as said:
             bend(obj)
             bend(obj)
@@ -385,15 +378,17 @@ class LiveToggleTest(SceneTest):
 
     def test_renamed_it_goes_on_and_deleted_it_is_forgotten(self):
         obj = live_tube()
+        session = self.sessions.get(obj.session_uid).session
         obj.name = "Pipe"
         bpy.context.view_layer.update()
         bend(obj)
         self.assert_followed(obj)
-        self.assertEqual(list(self.live._runs), ["Pipe"])
-        self.assertIsNone(self.sessions.get("Tube"))
+        self.assertIs(self.sessions.get(obj.session_uid).session, session, "nothing was bound again")
+        former = obj.session_uid
+        self.assertEqual(list(self.live._runs), [former])
         bpy.data.objects.remove(obj)
         bpy.context.view_layer.update()
-        self.assertEqual((list(self.live._runs), self.sessions.get("Pipe")), ([], None))
+        self.assertEqual((list(self.live._runs), self.sessions.get(former)), ([], None))
 
     def keys(self, obj):
         return [(key.name, key.value) for key in obj.data.shape_keys.key_blocks if key.name != "Basis"]

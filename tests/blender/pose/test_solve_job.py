@@ -3,7 +3,7 @@
 
 import numpy as np
 from looks import key_positions, unfit
-from support import FakeAct, SceneTest, bpy, module
+from support import FakeAct, SceneTest, bpy, module, uid
 from tubes import mesh_object, move, posable
 
 
@@ -20,11 +20,11 @@ class SolveJobTest(SceneTest):
         readout = self.api.solve(obj)
         job = self.api.begin_solve(other)
         self.assertIn("preparing the mesh", job.status)
-        self.assertEqual(module("core.sessions").claimed_by("Other"), "it is solved")
+        self.assertEqual(module("core.sessions").claimed_by(uid("Other")), "it is solved")
         done = self.run_job(job)
         self.assertEqual((done.iterations, done.stop_reason), (readout.iterations, "converged"))
         np.testing.assert_array_equal(key_positions(other), key_positions(obj))
-        self.assertEqual(module("core.sessions").claimed_by("Other"), "")
+        self.assertEqual(module("core.sessions").claimed_by(uid("Other")), "")
         self.assertEqual(unfit(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
 
@@ -34,14 +34,14 @@ class SolveJobTest(SceneTest):
             obj.scale.x *= 1 + 0.7e-5
             bpy.context.view_layer.update()
             self.run_job(self.api.begin_solve(obj))
-        session = module("core.sessions").get("Tube").session
+        session = module("core.sessions").get(uid("Tube")).session
         np.testing.assert_allclose(session.stretch, np.diag(obj.scale), atol=1e-5)
 
     def test_cancelled_it_leaves_everything_and_the_bind(self):
         obj = posable()
         move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
         self.api.solve(obj)
-        before, session = key_positions(obj), module("core.sessions").get("Tube").session
+        before, session = key_positions(obj), module("core.sessions").get(uid("Tube")).session
         move(obj.arap.handles[0].target, (0.5, 0.0, 0.0))
         for has_started in (False, True):
             job = self.api.begin_solve(obj)
@@ -49,8 +49,8 @@ class SolveJobTest(SceneTest):
                 job.step(0.0)
             job.cancel()
             np.testing.assert_array_equal(key_positions(obj), before)
-            self.assertIs(module("core.sessions").get("Tube").session, session)
-            self.assertEqual(module("core.sessions").claimed_by("Tube"), "")
+            self.assertIs(module("core.sessions").get(uid("Tube")).session, session)
+            self.assertEqual(module("core.sessions").claimed_by(uid("Tube")), "")
         self.assertEqual(self.api.solve(obj).stop_reason, "converged")
 
     def test_what_happens_to_the_mesh_meanwhile_ends_it(self):
@@ -59,9 +59,15 @@ class SolveJobTest(SceneTest):
         while job.step(0.01):
             pass
         obj.name = "Renamed"
-        self.assert_error(RuntimeError, "'Tube' is gone: there is nothing to pose", job.finish)
+        job.finish()
+        self.assertFalse(module("core.sessions").claimed_by(obj.session_uid))
+        job = self.api.begin_solve(obj)
+        while job.step(0.01):
+            pass
+        bpy.data.objects.remove(obj)
+        self.assert_error(RuntimeError, "'Renamed' is gone: there is nothing to pose", job.finish)
         job.cancel()
-        obj.name = "Tube"
+        obj = posable()
         job = self.api.begin_solve(obj)
         while job.step(0.01):
             pass
@@ -76,7 +82,7 @@ class SolveJobTest(SceneTest):
         obj = mesh_object()
         message = "Nothing holds or moves 'Tube': add a pin or a handle"
         self.assert_error(ValueError, message, self.api.begin_solve, obj)
-        self.assertEqual(module("core.sessions").claimed_by("Tube"), "")
+        self.assertEqual(module("core.sessions").claimed_by(uid("Tube")), "")
 
 
 class WaitTest(SceneTest):
@@ -85,7 +91,7 @@ class WaitTest(SceneTest):
         sessions = module("core.sessions")
         self.api.store_pose(obj, "Pose")
         act = FakeAct("it is posed")
-        sessions.claim(obj.name, act)
+        sessions.claim(obj, act)
         for begin in (
             lambda: self.api.begin_solve(obj),
             lambda: module("bake.keys").BakeJob(obj, 1, 2),
@@ -93,14 +99,15 @@ class WaitTest(SceneTest):
             lambda: module("bake.cache").MeshCacheJob(obj, "tube.mdd", 1, 2),
         ):
             self.assert_error(RuntimeError, "Wait for 'Tube': it is posed", begin)
-        self.assertIs(sessions.acts["Tube"], act)
-        sessions.release(obj.name, act)
+        self.assertIs(sessions.acts[uid("Tube")], act)
+        sessions.release(obj.session_uid, act)
         job = self.api.begin_solve(obj)
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        sessions.claim("Tube", act)
+        other = posable()
+        sessions.claim(other, act)
         job.cancel()
-        self.assertIs(sessions.acts["Tube"], act, "of another file")
-        sessions.release("Tube", act)
+        self.assertIs(sessions.acts[other.session_uid], act, "of another file")
+        sessions.release(other.session_uid, act)
 
     def test_a_script_waits_for_a_job_and_does_not_disturb_it(self):
         obj = posable()

@@ -50,13 +50,13 @@ class BlendRunTest(SceneTest):
 
         claimed_by = module("core.sessions").claimed_by
         run = module("poses.blend_run").BlendRun(bpy.context, obj, blend, mouse_x=0, is_followed=False)
-        self.assertEqual(claimed_by("Tube"), "its poses are blended")
+        self.assertEqual(claimed_by(obj.session_uid), "its poses are blended")
         run.set_factor(1.0)
         self.assertGreater(np.abs(places(obj) - before).max(), 0.1)
         obj.data.vertices.add(1)
         for _ in range(2):  # a second call does no harm
             self.assertEqual(run.abort(), "'Tube' has 137 vertices, but had 136: its shape key stays")
-            self.assertEqual(claimed_by("Tube"), "")
+            self.assertEqual(claimed_by(obj.session_uid), "")
             self.assert_close(places(obj), before)
 
 

@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 from looks import key_positions, rest_positions, shown_positions, unfit
 from mathutils import Matrix
-from support import SceneTest, bpy, module
+from support import SceneTest, bpy, module, uid
 from tubes import BALL, BOTTOM, LENGTH, MIDDLE, SEGMENTS, TOP, mesh_object, own_key, posable, with_balls
 
 SIZE = (400, 300)
@@ -282,7 +282,7 @@ class DragTest(PullTest):
         binding = scene.begin_bind()
         binding.step(math.inf)
         binding.adopt()
-        self.assert_close(module("core.sessions").get("Tube").session.positions, before, 1e-6)
+        self.assert_close(module("core.sessions").get(uid("Tube")).session.positions, before, 1e-6)
 
     def test_a_bind_that_is_dropped_or_fails_leaves_the_former_session(self):
         obj = posable()
@@ -291,19 +291,19 @@ class DragTest(PullTest):
         self.api.add_pin(obj, MIDDLE)
         inputs = module("scene.inputs").read_input(obj, self.depsgraph)
         binding = mesh.SessionBinding(obj, inputs)
-        self.assertIsNone(sessions.get("Tube"), "the bind uses it")
+        self.assertIsNone(sessions.get(uid("Tube")), "the bind uses it")
         binding.drop()
-        self.assertIs(sessions.get("Tube").session, former)
+        self.assertIs(sessions.get(uid("Tube")).session, former)
         empty = dataclasses.replace(inputs, specs=())
         binding = mesh.SessionBinding(obj, empty)
         self.assertFalse(binding.step(math.inf))
         message = "No vertex is pinned or has a handle: add a pin or a handle, or give its group weight"
         self.assert_error(ValueError, message, binding.adopt)
-        self.assertIs(sessions.get("Tube").session, former)
+        self.assertIs(sessions.get(uid("Tube")).session, former)
         binding = mesh.SessionBinding(obj, inputs)
         binding.step(math.inf)
         binding.drop()
-        self.assertIsNone(sessions.get("Tube"), "it has other handles now")
+        self.assertIsNone(sessions.get(uid("Tube")), "it has other handles now")
 
     def test_with_a_pin_all_else_gives_way(self):
         obj = mesh_object()
@@ -374,7 +374,7 @@ class DragTest(PullTest):
         session = prepare_session(obj)
         begun = self.begin(obj, self.grab(MIDDLE))
         sessions = module("core.sessions")
-        again = module("core.background").run(sessions.rebuild(begun.inputs, sessions.get(obj.name)))
+        again = module("core.background").run(sessions.rebuild(begun.inputs, sessions.get(obj.session_uid)))
         self.assertIs(again, session)
         module("follow.mesh").adopt(obj, begun.inputs, again)
         self.assertEqual(unfit(obj), "The pins or handles of 'Tube' have changed")
@@ -494,9 +494,9 @@ class ReasonTest(SceneTest):
         job.cancel()
         check("")
         act = module("follow.act").PoseAct(None, is_drag=True)
-        sessions.claim(obj.name, act)
+        sessions.claim(obj, act)
         check("The mesh is being pulled: wait until it ")
-        sessions.release(obj.name, act)
+        sessions.release(obj.session_uid, act)
         check("")
         obj.arap.is_live = True
         check("")

@@ -511,7 +511,7 @@ class RefusalTest(SceneTest):
 
 
 class OwnerTest(SceneTest):
-    """The panel's mesh where something else is active, without a look at all objects at each redraw."""
+    """The panel's mesh where something else is active, without a look at each redraw."""
 
     def setUp(self):
         super().setUp()
@@ -535,14 +535,14 @@ class OwnerTest(SceneTest):
             self.owner.is_moved_by = plain
         return len(looks)
 
-    def test_all_objects_are_looked_at_once(self):
-        meshes = [mesh_object(f"Tube {i}") for i in range(20)]
+    def test_the_meshes_with_handles_are_looked_at_once(self):
+        meshes = [posable(f"Tube {i}") for i in range(20)]
         idle, control = empty_at((5.0, 0.0, 0.0), "Idle"), empty_at((0.0, 0.0, 4.0), "Control")
         self.api.add_handle_for(meshes[-1], control)
         for target in (control, idle):
             bpy.context.view_layer.objects.active = target
             bpy.context.view_layer.update()
-            self.assertGreaterEqual(self.count_looks(), 20)
+            self.assertGreater(self.count_looks(), 1)
             self.assertLessEqual(self.count_looks(), 1)
         idle.location.x = 6.0
         bpy.context.view_layer.update()

@@ -35,7 +35,7 @@ def sheet(matrix: Matrix | None = None) -> bpy.types.Object:
 
 def patch_of(obj: bpy.types.Object, index: int = 1):
     """What the live session holds for the handle of that index; pins come first."""
-    patches = module("core.sessions").get(obj.name).session.patches.get(index)
+    patches = module("core.sessions").get(obj.session_uid).session.patches.get(index)
     return patches[0] if patches else None
 
 

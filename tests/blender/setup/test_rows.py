@@ -81,7 +81,7 @@ class RowsTest(SceneTest):
 
     def test_rows_that_a_script_has_not_counted_are_counted_after_a_redraw(self):
         self.obj.arap.pins.add().name = "Feet"
-        count = module("setup.rows")._count_all
+        count = module("setup.rows").count_all
         module("setup.rows").count_soon(self.obj)
         self.assertTrue(bpy.app.timers.is_registered(count))
         bpy.app.timers.unregister(count)
@@ -100,7 +100,7 @@ class RowsTest(SceneTest):
         self.assertIsNotNone(override.override_library)
         local = posable("Zebra")
         local.arap.rows.clear()
-        module("setup.rows")._on_load()
+        module("setup.rows").count_all()
         self.assertEqual((len(override.arap.rows), len(local.arap.rows)), (0, 2))
 
     def test_in_edit_mode_a_click_leaves_the_view_alone(self):

@@ -7,7 +7,7 @@ from unittest import mock
 import numpy as np
 from looks import key_positions, rest_positions
 from mathutils import Matrix
-from support import SceneTest, bpy, module
+from support import SceneTest, bpy, module, uid
 from tubes import BOTTOM, MIDDLE, TOP, bend, mesh_object, posable, solved
 
 
@@ -61,14 +61,14 @@ class WeightTest(SceneTest):
         held = key_positions(obj)[MIDDLE]
         self.assert_close(held, rest_positions(obj)[MIDDLE])
         bpy.context.view_layer.objects.active = obj
-        session = sessions.get("Tube").session
+        session = sessions.get(uid("Tube")).session
         for mode in ("OBJECT", "WEIGHT_PAINT"):
             bpy.ops.object.mode_set(mode=mode)
             for weight in (0.2, 1.0):
                 obj.vertex_groups["Waist"].add(MIDDLE, weight, "REPLACE")
                 obj.data.update_tag()
                 bpy.context.view_layer.update()
-                self.assertIs(sessions.get("Tube").session, session)
+                self.assertIs(sessions.get(uid("Tube")).session, session)
                 is_held = np.abs(key_positions(obj) - rest_positions(obj))[MIDDLE].max() < 1e-4
                 self.assertEqual((is_held, obj.arap.live_problem), (weight == 1.0, ""))
 
@@ -77,7 +77,7 @@ class WeightTest(SceneTest):
         scene = module("follow.scene").BlenderFollowScene(obj)
 
         def tell(_scene, depsgraph):
-            with scene.evaluated(depsgraph, is_frame=False):
+            with scene.evaluated(depsgraph, module("scene.known").updates(depsgraph)):
                 pass
 
         bpy.app.handlers.depsgraph_update_post.append(tell)

@@ -100,7 +100,7 @@ class OverlayTest(SceneTest):
             mock.patch.object(compat, "is_painting", return_value=False) as is_painting,
             mock.patch.object(self.data, "read_pinned", side_effect=lambda obj: reads.append(1) or plain(obj)),
         ):
-            drawn = overlay._drawn[obj.name] = overlay.Drawn(self.surface(obj))
+            drawn = overlay._drawn[obj.session_uid] = overlay.Drawn(self.surface(obj))
             self.addCleanup(overlay._drawn.clear)
             batch = overlay.batches.plain_batch
 
@@ -115,7 +115,7 @@ class OverlayTest(SceneTest):
             obj.arap.overlay.show_handles = False
             bpy.context.view_layer.objects.active = obj
             bpy.ops.object.mode_set(mode="WEIGHT_PAINT")
-            overlay._drawn[obj.name] = drawn  # to go there may have been a change
+            overlay._drawn[obj.session_uid] = drawn  # to go there may have been a change
             self.assertEqual((draw(), len(reads)), (len(BOTTOM), 1))
             for is_painting.return_value, added, n_pins, n_reads in (
                 (True, MIDDLE[0], len(BOTTOM), 1),
@@ -124,7 +124,7 @@ class OverlayTest(SceneTest):
             ):
                 obj.vertex_groups["Feet"].add([added], 1.0, "REPLACE")
                 self.assertEqual((draw(), len(reads)), (n_pins, n_reads))
-                self.assertIs(overlay._drawn.get(obj.name), drawn)
+                self.assertIs(overlay._drawn.get(obj.session_uid), drawn)
             obj.arap.overlay.show_pins = False
             obj.vertex_groups["Feet"].add([MIDDLE[3]], 1.0, "REPLACE")
             self.assertEqual((draw(), len(reads)), (None, 2))

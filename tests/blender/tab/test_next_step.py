@@ -98,8 +98,8 @@ class NextStepTest(SceneTest):
     def test_while_posing(self):
         obj = self.active_mesh(is_ready=True)
         posing = module("follow.act").PoseAct(mock.Mock())
-        module("core.sessions").claim(obj.name, posing)
-        self.addCleanup(module("core.sessions").release, obj.name, posing)
+        module("core.sessions").claim(obj, posing)
+        self.addCleanup(module("core.sessions").release, obj.session_uid, posing)
         self.assert_step("Move a handle (G, R, S). Enter keeps the pose, Esc cancels it.", "REC")
         posing._follower._binding = mock.Mock()
         with (

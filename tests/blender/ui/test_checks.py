@@ -12,8 +12,9 @@ OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"
 class ClaimTest(SceneTest):
     def claim(self, name, act):
         sessions = module("core.sessions")
-        sessions.claim(name, act)
-        self.addCleanup(sessions.release, name, act)
+        obj = bpy.data.objects[name, None]
+        sessions.claim(obj, act)
+        self.addCleanup(sessions.release, obj.session_uid, act)
 
 
 class ManyHandlesTest(SceneTest):
@@ -44,7 +45,7 @@ class ErrorTest(SceneTest):
             ("poses.blend_operator.BlendRun", lambda it: blend.ARAP_OT_poses_blend._begin(it, bpy.context, mouse)),
             ("pull.operators.PullRun", lambda it: pull.ARAP_OT_pull._begin_drag(it, bpy.context, mouse, (0, 0))),
         ):
-            operator = mock.Mock(_grip=mock.Mock(object_name=obj.name))
+            operator = mock.Mock(_grip=mock.Mock(uid=obj.session_uid))
             where, _, name = made.rpartition(".")
             with mock.patch.object(module(where), name, side_effect=MemoryError):
                 self.assertEqual(act(operator), {"CANCELLED"})
@@ -53,7 +54,7 @@ class ErrorTest(SceneTest):
         with mock.patch.object(bake, "draw_text_in_dialog") as draw_text:
             bake.FramesOperator.draw_size(operator, bpy.context, mock.Mock(side_effect=MemoryError), "INFO")
         draw_text.assert_called_once_with(bpy.context, operator.layout, text, "ERROR")
-        run = mock.Mock(_name=obj.name, _follower=None)
+        run = mock.Mock(_uid=obj.session_uid, _follower=None)
         run.restore_handles.side_effect = MemoryError
         self.assertEqual(module("poses.blend_run").BlendRun.restore(run), text)
         act = module("follow.act").PoseAct(mock.Mock())
@@ -121,11 +122,12 @@ class ReasonTest(ClaimTest):
             for name in acts:
                 self.assertIn("Wait until the render ends", self.reason(name))
 
-    def test_an_act_of_a_renamed_mesh_does_not_hide_the_selected_one(self):
-        obj = mesh_object()
+    def test_an_act_of_a_deleted_mesh_does_not_hide_the_selected_one(self):
+        obj, former = mesh_object(), mesh_object("Former")
         bpy.context.view_layer.objects.active = None
         obj.select_set(True)
         self.claim("Former", FakeAct("it is solved"))
+        bpy.data.objects.remove(former)
         self.assertEqual(module("ui.checks").find_posed_object(bpy.context), obj)
 
     def test_a_handle_that_is_a_mesh_shows_its_own_panel_unless_the_other_is_posed(self):
@@ -168,12 +170,12 @@ class LinkedTwinTest(ClaimTest):
         self.obj.update_tag()
         bpy.context.view_layer.update()
         known = module("scene.remembered")._sizes
-        self.assertEqual((self.obj.name_full in known, self.linked.name_full in known), (False, True))
+        self.assertEqual((self.obj.session_uid in known, self.linked.session_uid in known), (False, True))
 
     def test_an_act_and_a_readout_are_of_the_local_one(self):
         self.api.solve(self.obj)
-        self.assertIsNotNone(module("core.sessions").readout(self.obj.name_full))
-        self.assertIsNone(module("core.sessions").readout(self.linked.name_full))
+        self.assertIsNotNone(module("core.sessions").readout(self.obj.session_uid))
+        self.assertIsNone(module("core.sessions").readout(self.linked.session_uid))
         self.claim("Tube", FakeAct("it is solved"))
         common = module("ui.checks")
         self.assertEqual(common.why_busy(self.linked), "")

@@ -17,15 +17,16 @@ from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.targets import HandleSpec
 
 
-def test_registry_forgets_what_is_missing():
+def test_registry_forgets_what_is_gone():
     sessions.clear()
-    for name in ("Creature", "Gone"):
-        sessions.put(name, sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0))))
-        sessions.set_readout(name, "readout")
-    sessions.set_readout("Gone too", "readout")
-    sessions.forget_missing(lambda name: name == "Creature")
-    assert [sessions.get(name) is None for name in ("Creature", "Gone")] == [False, True]
-    assert [sessions.readout(name) for name in ("Creature", "Gone", "Gone too")] == ["readout", None, None]
+    there, gone, unbound = 1, 2, 3
+    for uid in (there, gone):
+        sessions.put(uid, sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0))))
+        sessions.set_readout(uid, "readout")
+    sessions.set_readout(unbound, "readout")
+    sessions.forget({gone, unbound})
+    assert [sessions.get(uid) is None for uid in (there, gone)] == [False, True]
+    assert [sessions.readout(uid) for uid in (there, gone, unbound)] == ["readout", None, None]
 
 
 def test_idle_sessions_go_when_there_is_too_much_of_them():
@@ -33,10 +34,10 @@ def test_idle_sessions_go_when_there_is_too_much_of_them():
 
     def put(name, part):
         inputs = SimpleNamespace(counts=(round(part * sessions.IDLE_VERTICES), 0, 0, 0))
-        sessions.put(name, sessions.Bound(session=object(), inputs=inputs))
+        sessions.put(ord(name), sessions.Bound(session=object(), inputs=inputs))
 
     def there():
-        return "".join(name for name in "ABCDEF" if sessions.get(name) is not None)
+        return "".join(name for name in "ABCDEF" if sessions.get(ord(name)) is not None)
 
     put("A", 0.6)
     put("B", 0.4)
@@ -44,34 +45,34 @@ def test_idle_sessions_go_when_there_is_too_much_of_them():
     assert there() == "AB"
     put("C", 0.1)
     assert there() == "AC", "B was put before A"
-    sessions.hold("C", "Live")
+    sessions.hold(ord("C"), "Live")
     act = SimpleNamespace(doing="it is posed")
-    sessions.claim("D", act)
+    sessions.claim(SimpleNamespace(session_uid=ord("D"), name="D"), act)
     put("D", 5.0)
     put("E", 9.0)
     assert there() == "CDE", "one that is held, one of an act, and the last one"
-    sessions.drop_idle("C")
+    sessions.drop_idle(ord("C"))
     assert there() == "CDE"
-    sessions.let_go("C", "Live")
-    sessions.release("D", act)
+    sessions.let_go(ord("C"), "Live")
+    sessions.release(ord("D"), act)
     put("F", 9.0)
     assert there() == "F"
-    sessions.drop_idle("F")
+    sessions.drop_idle(ord("F"))
     assert there() == ""
 
 
 def test_registry_forgets_sessions_but_keeps_readouts_until_a_file_load():
     sessions.clear()
     bound = sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0)))
-    sessions.put("Creature", bound)
-    sessions.set_readout("Creature", "readout")
-    assert sessions.get("Creature") is bound
-    sessions.drop("Creature")
-    sessions.drop("Nobody")
-    assert sessions.get("Creature") is None
-    assert sessions.readout("Creature") == "readout"
+    sessions.put(1, bound)
+    sessions.set_readout(1, "readout")
+    assert sessions.get(1) is bound
+    sessions.drop(1)
+    sessions.drop(2)
+    assert sessions.get(1) is None
+    assert sessions.readout(1) == "readout"
     sessions.clear()
-    assert sessions.readout("Creature") is None
+    assert sessions.readout(1) is None
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only the C library of Linux keeps freed memory")
@@ -82,7 +83,7 @@ def test_memory_of_forgotten_sessions_goes_back_to_the_system(monkeypatch):
     def malloc_trim(pad):
         alive.append((pad, [ref() for ref in refs]))
 
-    def bind(name):
+    def bind(uid):
         sheet = sample_meshes.sheet(120)
         mesh = SessionMesh(sheet.positions, sheet.corner_vertices, sheet.face_sizes)
         session = run(Session.bind(arap_native, mesh, np.eye(3), SessionSettings()))
@@ -90,10 +91,10 @@ def test_memory_of_forgotten_sessions_goes_back_to_the_system(monkeypatch):
         run(session.set_handles([HandleSpec("Edge", edge, np.ones(120))]))
         session.update(np.eye(4)[None])
         refs.extend([weakref.ref(session), weakref.ref(session._model)])
-        sessions.put(name, sessions.Bound(session, SimpleNamespace(counts=(len(sheet.positions), 0, 0, 0))))
+        sessions.put(uid, sessions.Bound(session, SimpleNamespace(counts=(len(sheet.positions), 0, 0, 0))))
 
-    for name in "AB":
-        bind(name)
+    for uid in (1, 2):
+        bind(uid)
     assert all(ref() is not None for ref in refs)
     gc.disable()
     monkeypatch.setattr(sessions.ctypes, "CDLL", lambda _: SimpleNamespace(malloc_trim=malloc_trim))

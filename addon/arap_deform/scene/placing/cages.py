@@ -28,12 +28,12 @@ class CageState:
     """A cage and its rest; no Blender data.
 
     Attributes:
-        target: name of the object that the artist has chosen, '' of a made one, which may be renamed.
+        target: uid of the object that the artist has chosen, 0 of a made one.
         rest: as saved: of its vertices for the mesh, of what is edited, and of its object.
         shape: what the artist edits; None if it cannot be edited.
     """
 
-    target: str
+    target: int
     rest: tuple[str, str, tuple[float, ...]]
     shape: CageShape | None
 
@@ -92,8 +92,8 @@ def restore(obj: bpy.types.Object, states: Mapping[int, CageState]) -> list[str]
     return stayed
 
 
-def _chosen(handle: ArapHandle) -> str:
-    return "" if handle.has_made_target else str(handle.target.name_full)
+def _chosen(handle: ArapHandle) -> int:
+    return 0 if handle.has_made_target else int(handle.target.session_uid)
 
 
 def put_to_rest(obj: bpy.types.Object, handle: ArapHandle) -> bool:

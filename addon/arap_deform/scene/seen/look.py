@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.arrays import Float32s, Ints
 from ...core.naming import listed
-from .. import meshes, versions
+from .. import known, meshes, versions
 from ..registration import quiet
 
 # Modifiers that always show what comes into them, and are on most meshes: with these alone nobody needs to look.
@@ -37,7 +37,7 @@ MOVED = 1e-3  # least displacement seen, as a fraction of that
 Stack = tuple[tuple[Any, ...], ...]
 
 _noted: dict[int, tuple[Stack, str]] = {}
-"""By ids of objects: the modifiers when one was looked at last, and what look() said."""
+"""By uid of the object: the modifiers when one was looked at last, and what look() said."""
 
 
 def look(
@@ -63,7 +63,7 @@ def look(
         is_seen = not suspects or _is_simulated(obj) or _is_seen(obj, depsgraph, rows)
     reason = "" if is_seen else _sentence(obj, suspects)
     if not shown:
-        _noted[obj.session_uid] = (_stack(obj), reason)
+        _noted[known.add(obj)] = (_stack(obj), reason)
     return reason
 
 
@@ -77,13 +77,10 @@ def is_noted(obj: bpy.types.Object) -> bool:
     return obj.session_uid in _noted and _noted[obj.session_uid][0] == _stack(obj)
 
 
-def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
+def forget_updated(update: known.Update) -> None:
     """After an evaluation: a pose that was not seen may be, if modifiers were updated and not the mesh alone."""
-    unseen = {uid for uid, (_, reason) in _noted.items() if reason}
-    updated = [update.id.original for update in depsgraph.updates if update.is_updated_geometry] if unseen else []
-    for obj in updated:
-        if isinstance(obj, bpy.types.Object) and obj.session_uid in unseen and obj.data not in updated:
-            del _noted[obj.session_uid]
+    if update.is_deformed and not update.has_new_data and _noted.get(update.uid, ("", ""))[1]:
+        del _noted[update.uid]
 
 
 def of_renders_alone(obj: bpy.types.Object) -> list[str]:

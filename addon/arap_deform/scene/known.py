@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The objects that the add-on knows, by their ``session_uid``, and what an evaluation has changed of them.
+
+A uid survives an undo, a new name and a swap of names; loading a file gives new ones. Known are the objects with data
+of the add-on's, and those of which a room remembers something. When the scene changes, nobody looks at the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+
+import bpy
+
+_names: dict[int, str] = {}
+"""The last seen name of each known object, by its uid."""
+_n_objects = 0  # in the file, at the last look for new ones
+
+
+@dataclass(frozen=True)
+class Update:
+    """A known object that an evaluation has changed.
+
+    Attributes:
+        evaluated: the object as evaluated.
+        is_moved: its matrix has changed.
+        is_deformed: its geometry has changed, by modifiers at least.
+        has_new_data: the mesh or curve itself has changed.
+    """
+
+    uid: int
+    obj: bpy.types.Object
+    evaluated: bpy.types.Object
+    is_moved: bool
+    is_deformed: bool
+    has_new_data: bool
+
+
+def add(obj: bpy.types.Object) -> int:
+    """Makes the object a known one. Returns its uid."""
+    uid = int(obj.session_uid)
+    _names[uid] = obj.name
+    return uid
+
+
+def find(uid: int) -> bpy.types.Object | None:
+    """The object, None if it is gone."""
+    obj = bpy.data.objects.get((_names.get(uid, ""), None))
+    if obj is None or obj.session_uid != uid:  # it was renamed, or is linked
+        obj = next((other for other in bpy.data.objects if other.session_uid == uid), None)
+        if obj is not None and uid in _names:
+            _names[uid] = obj.name
+    return obj
+
+
+def find_scene(uid: int) -> bpy.types.Scene | None:
+    """The scene, None if it is gone."""
+    return next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
+
+
+def any_objects() -> bool:
+    """Whether any object is known. Looks for new ones if the file has another number of objects."""
+    if len(bpy.data.objects) != _n_objects:
+        look_for_new()
+    return bool(_names)
+
+
+def all_objects() -> list[bpy.types.Object]:
+    """The known objects of the file."""
+    return [obj for obj in bpy.data.objects if obj.session_uid in _names] if _names else []
+
+
+def is_in(place: bpy.types.Scene | bpy.types.ViewLayer, obj: bpy.types.Object | None) -> bool:
+    """Whether a scene or view layer has the object."""
+    found = place.objects.get(obj.name) if obj is not None else None
+    if found is None or found == obj:
+        return found is not None
+    return any(other == obj for other in place.objects)  # a linked object has the same name
+
+
+def updates(depsgraph: bpy.types.Depsgraph) -> list[Update]:
+    """What was changed of known objects."""
+    changed, data = [], set()
+    for update in depsgraph.updates:
+        original = update.id.original
+        if not isinstance(original, bpy.types.Object):
+            if update.is_updated_geometry:
+                data.add(original.session_uid)
+        elif original.session_uid in _names:
+            changed.append((original, update.id, update.is_updated_transform, update.is_updated_geometry))
+    return [
+        Update(obj.session_uid, obj, evaluated, is_moved, is_deformed, _uid_of_data(obj) in data)
+        for obj, evaluated, is_moved, is_deformed in changed
+    ]
+
+
+def _uid_of_data(obj: bpy.types.Object) -> int:
+    return 0 if obj.data is None else int(obj.data.session_uid)
+
+
+def look_for_new() -> None:
+    """Finds the objects with data of the add-on's: a file was loaded, objects were appended, or undo brought them."""
+    global _n_objects  # noqa: PLW0603 - compared by handlers
+    _n_objects = len(bpy.data.objects)
+    for obj in bpy.data.objects:
+        # Blender makes the settings when they are first read: of most objects there are none.
+        if obj.is_property_set("arap") and obj.arap.has_data():
+            add(obj)
+
+
+def forget_gone() -> AbstractSet[int]:
+    """Forgets the known objects that the file has no more. Returns their uids."""
+    gone = _names.keys() - {obj.session_uid for obj in bpy.data.objects} if _names else set()
+    for uid in gone:
+        del _names[uid]
+    return gone
+
+
+def clear() -> None:
+    global _n_objects  # noqa: PLW0603 - as above
+    _n_objects = 0
+    _names.clear()
