@@ -45,10 +45,10 @@ def _forget_looks() -> None:
     draw.clear()
 
 
-def _forget_gone() -> None:
+def _look_again() -> None:
+    """Objects may have come and gone."""
+    known.look_for_new()
     gone = known.forget_gone()
-    if gone:
-        known.look_for_new()  # a copy may have taken the place of one: the file has as many objects as before
     sessions.forget(gone)
     for uid in gone:
         carry.forget(uid)
@@ -56,17 +56,19 @@ def _forget_gone() -> None:
 
 @persistent
 def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    if registration.is_quiet() or not known.any_objects():
+    if registration.is_quiet():
         return
-    has_new_objects = depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION")
-    if has_new_objects:
-        _forget_gone()
+    may_be_others = known.may_be_others(depsgraph)
+    if may_be_others:
+        _look_again()
+    if not known.any_objects():
+        return
     updates = known.updates(depsgraph)
     for_each(updates, _updated)
     _tell(
         partial(runs.scene_changed, scene, depsgraph, updates),
         partial(carry.catch_up_after, depsgraph),
-        partial(remembered.forget_handles, has_new_objects=has_new_objects),
+        partial(remembered.forget_handles, has_new_objects=may_be_others),
         partial(posing.scene_changed, scene, depsgraph, updates),
     )
 
@@ -87,6 +89,8 @@ UPDATED = (
 
 @persistent
 def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if known.are_more_or_fewer():  # each frame is another scene for Blender
+        _look_again()
     if not known.any_objects():
         return
     for_each(known.updates(depsgraph), applied.updated)
@@ -109,8 +113,7 @@ def _on_redo(scene: bpy.types.Scene, *_: object) -> None:
 
 
 def _undone(scene: bpy.types.Scene, step: Callable[[], set[str]]) -> None:
-    known.look_for_new()
-    _forget_gone()
+    _look_again()
     _tell(
         _forget_looks,
         overlay.forget,

@@ -18,7 +18,7 @@ from ..core.carry.surface import PreparedSurface
 from ..core.carry.wrap import Wrap
 from ..core.carry.wrap_input import WrapInput
 from ..core.session_data import SessionMesh
-from ..core.transforms import has_no_inverse
+from ..core.transforms import has_no_inverse, inverted
 from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import handle_motion, known, meshes
@@ -101,7 +101,7 @@ def _read_body(body: bpy.types.Object) -> SessionMesh:
 def place_now(body: bpy.types.Object, target: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
     """(4, 4) from the space of an object to that of the body. Raises ValueError if one has no inverse."""
     world = handle_motion.object_matrix(body, depsgraph)
-    return np.asarray(np.linalg.inv(world) @ handle_motion.object_matrix(target, depsgraph))
+    return np.asarray(inverted(world) @ handle_motion.object_matrix(target, depsgraph))
 
 
 def _probe(body: bpy.types.Object, follower: ArapFollower, place: Floats) -> Probe:

@@ -34,6 +34,24 @@ def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
 
 
+def inverted(matrices: NDArray[np.floating]) -> Floats:
+    """(..., 4, 4) inverses of affine (..., 4, 4) matrices, on one thread: numpy.linalg wakes all of its BLAS library's.
+
+    Raises:
+        LinAlgError: one is singular.
+    """
+    linear = np.moveaxis(np.asarray(matrices, dtype=np.float64)[..., :3, :3], (-2, -1), (0, 1))
+    cofactors = _cofactors(linear)
+    determinants = (linear[0] * cofactors[0]).sum(axis=0)
+    if (determinants == 0.0).any():
+        raise np.linalg.LinAlgError("Singular matrix")
+    result = np.zeros(np.shape(matrices))
+    result[..., :3, :3] = np.moveaxis(cofactors / determinants, (1, 0), (-2, -1))
+    result[..., :3, 3] = -np.einsum("...ij,...j->...i", result[..., :3, :3], matrices[..., :3, 3])
+    result[..., 3, 3] = 1.0
+    return result
+
+
 def map_points(points: NDArray[Any], linear: NDArray[Any], out: NDArray[Any]) -> None:
     """Writes points @ linear.T, on one thread.
 
@@ -172,7 +190,7 @@ def applied_map(
     if np.array_equal(points, points_now):
         return None  # at most, the object has moved
     try:
-        to_now: Floats = np.asarray(np.linalg.inv(matrix_now) @ matrix)
+        to_now: Floats = np.asarray(inverted(matrix_now) @ matrix)
     except np.linalg.LinAlgError:
         return None
     with np.errstate(invalid="ignore", over="ignore"):  # of places that are not finite

@@ -13,7 +13,7 @@ from mathutils import Matrix
 
 from ..core.arrays import Floats
 from ..core.carry.probe import probed
-from ..core.transforms import applied_map, has_no_inverse
+from ..core.transforms import applied_map, has_no_inverse, inverted
 from ..props import hooks
 from ..scene import known, meshes
 from ..scene.cages import saved as cages
@@ -57,7 +57,7 @@ def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:
         cages.move_rest(handle, to_now)
     if is_flat:
         return
-    back = np.linalg.inv(to_now)
+    back = inverted(to_now)
     for motion in (motion for pose in settings.poses for motion in pose.motions):
         former = np.array(motion.motion, dtype=np.float64).reshape(4, 4)
         motion.motion = (to_now @ former @ back).ravel()

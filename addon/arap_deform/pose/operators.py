@@ -121,7 +121,7 @@ class ARAP_OT_pose_end(bpy.types.Operator):
         return allow(cls, "" if obj is not None and is_posed(obj) else "Press Pose first: this mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        act = sessions.acts[posed_object(context).name]
+        act = sessions.acts[posed_object(context).session_uid]
         assert isinstance(act, PoseAct)
         if self.is_kept:
             act.keep()

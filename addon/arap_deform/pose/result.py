@@ -13,6 +13,7 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
+from ..core.transforms import inverted
 from ..scene import handle_motion, known, meshes, pose_key, shape_keys, staying
 from ..scene.movers import chain
 from ..scene.placing import cages
@@ -99,7 +100,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
 
 def _set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
     """Makes every handle's present place its place at rest."""
-    inverse = np.linalg.inv(handle_motion.object_matrix(obj, depsgraph))
+    inverse = inverted(handle_motion.object_matrix(obj, depsgraph))
     for handle in obj.arap.handles:
         if handle_motion.problem_of(obj, handle, depsgraph):
             continue
@@ -117,7 +118,7 @@ def _follow_new_rest(obj: bpy.types.Object, former: dict[int, Floats]) -> None:
         former: (4, 4) rest matrices before, by the handles' numbers.
     """
     moved = {
-        handle.pose_id: former[handle.pose_id] @ np.linalg.inv(np.array(handle.rest, dtype=np.float64))
+        handle.pose_id: former[handle.pose_id] @ inverted(np.array(handle.rest, dtype=np.float64))
         for handle in obj.arap.handles
         if handle.pose_id in former and abs(handle.rest.determinant()) >= handle_motion.SMALLEST_VOLUME
     }

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.arrays import Float32s, Floats, Ints
 from ..core.session_input import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
-from ..core.transforms import best_rigid_fit, transformed
+from ..core.transforms import best_rigid_fit, inverted, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.cages.read import check_no_cage
 from ..scene.inputs import read_input
@@ -58,7 +58,7 @@ class Pull:
         """
         result: Floats = np.tile(np.eye(4), (len(self.inputs.specs), 1, 1))
         to_world = world @ self.to_seen
-        grabbed = np.linalg.inv(to_world) @ motion @ to_world
+        grabbed = inverted(to_world) @ motion @ to_world
         first = next(i for i, spec in enumerate(self.inputs.specs) if spec.vertices is self.grabs[0].vertices)
         for i, grab in enumerate(self.grabs):
             result[first + i] = grab.motion(grabbed, self._centre, self.inputs.stretch)
@@ -151,7 +151,7 @@ def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[
 def _to_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grab: Grab, shown: Float32s) -> Floats:
     world = meshes.read_matrix(obj, depsgraph)
     seen = seen_mesh.read(obj, depsgraph).positions[grab.vertices]
-    in_object = transformed(np.asarray(np.linalg.inv(world), dtype=np.float64), seen)
+    in_object = transformed(inverted(world), seen)
     posed = shown[grab.vertices].astype(np.float64)
     size = np.abs(shown).max()
     if np.abs(in_object - posed).max() <= 1e-6 * size:

@@ -11,7 +11,7 @@ from mathutils import Vector
 
 from ..carry.problems import below
 from ..core.arrays import Floats
-from ..core.transforms import has_no_inverse, transformed
+from ..core.transforms import has_no_inverse, inverted, transformed
 from ..scene import meshes
 
 
@@ -52,7 +52,7 @@ def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats,
     world = meshes.read_matrix(obj, depsgraph)
     if has_no_inverse(world):
         return None  # scaled to nothing, as what an artist hides in an animation
-    inverse: Floats = np.asarray(np.linalg.inv(world))
+    inverse: Floats = inverted(world)
     start, along = transformed(inverse, origin), inverse[:3, :3] @ direction
     is_hit, place, normal, face = evaluated.ray_cast(Vector(start), Vector(along / np.linalg.norm(along)))
     return _seen(world, place, normal, face) if is_hit and face >= 0 else None
@@ -62,12 +62,12 @@ def _nearest(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, place: Float
     world = meshes.read_matrix(obj, depsgraph)
     if has_no_inverse(world):
         return None
-    start = transformed(np.asarray(np.linalg.inv(world)), place)
+    start = transformed(inverted(world), place)
     is_found, nearest, normal, face = obj.evaluated_get(depsgraph).closest_point_on_mesh(Vector(start))
     return _seen(world, nearest, normal, face) if is_found and face >= 0 else None
 
 
 def _seen(world: Floats, place: Vector, normal: Vector, face: int) -> Hit:
-    outwards = np.linalg.inv(world)[:3, :3].T @ np.array(normal)
+    outwards = inverted(world)[:3, :3].T @ np.array(normal)
     length = np.linalg.norm(outwards)
     return Hit(transformed(world, np.array(place)), outwards / (length if length > 0.0 else 1.0), int(face))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,5 +61,10 @@ class View:
 
     def _unproject(self, pixel: Pixels, depth: float) -> Floats:
         across = 2.0 * np.asarray(pixel, dtype=np.float64) / np.array(self.size) - 1.0
-        point = np.linalg.solve(self.perspective, np.array([*across, depth, 1.0]))
+        point = self._to_world @ np.array([*across, depth, 1.0])
         return np.asarray(point[:3] / point[3])
+
+    @cached_property
+    def _to_world(self) -> Floats:
+        """(4, 4), found once a drag: numpy.linalg wakes all threads of its BLAS library."""
+        return np.asarray(np.linalg.inv(self.perspective))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..core import naming
 from ..core.arrays import Floats
-from ..core.transforms import transformed
+from ..core.transforms import inverted, transformed
 from . import meshes
 from .cages import read as cages
 from .movers import still
@@ -51,7 +51,7 @@ def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats
     if handles:
         now = np.array([target_matrix(h.target, h.bone, depsgraph) for h in handles])
         rest = np.array([h.rest_matrix[:] for h in handles], dtype=np.float64).reshape(-1, 4, 4)
-        result[n_pins:] = np.linalg.inv(world) @ now @ np.linalg.inv(rest)
+        result[n_pins:] = inverted(world) @ now @ inverted(rest)
     return result
 
 
@@ -59,7 +59,7 @@ def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats)
     """(4, 4) object-space motion of one handle, enabled or not. ``world``: object_matrix() of the mesh."""
     now = target_matrix(handle.target, handle.bone, depsgraph)
     rest = np.array(handle.rest, dtype=np.float64)
-    return np.asarray(np.linalg.inv(world) @ now @ np.linalg.inv(rest))
+    return np.asarray(inverted(world) @ now @ inverted(rest))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:

@@ -16,7 +16,7 @@ from ..core.session_input import BoneHold, CageHold, Counts, GroupHold, Hold, Me
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec, Segment
 from ..props import preferences
-from ..props.bounds import bounded
+from ..props.bounds import all_bounded, bounded
 from . import handle_motion, meshes, pose_key, shape_keys
 from .cages import read as cages
 
@@ -26,24 +26,23 @@ if TYPE_CHECKING:
 
 LEAST_CUBE_SIZE = 0.1  # percent of the diagonal
 
+# Settings that have the same name and meaning in ``obj.arap`` and for the solver.
+SAME_NAMES = (
+    "model", "keep_volume", "energy", "weights", "initial_guess", "iterations_per_update", "max_iterations", "accuracy",
+)  # fmt: skip
+
 
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
     """The solver's settings: of ``obj.arap``, the threads of the preferences."""
     settings = obj.arap
-    cube_size = bounded(settings, "cube_size")
+    values = all_bounded(settings, (*SAME_NAMES, "cube_size", "rigidity"))
+    cube_size, rigidity = values.pop("cube_size"), values.pop("rigidity")
     if cube_size > 0.0:
         cube_size = max(cube_size, LEAST_CUBE_SIZE)
     return SessionSettings(
-        model=bounded(settings, "model"),
+        **values,
         cube_size=cube_size / 100.0,
-        keep_volume=bounded(settings, "keep_volume"),
-        energy=bounded(settings, "energy"),
-        rigidity_radius=bounded(settings, "rigidity") / 100.0,
-        weights=bounded(settings, "weights"),
-        initial_guess=bounded(settings, "initial_guess"),
-        iterations_per_update=bounded(settings, "iterations_per_update"),
-        max_iterations=bounded(settings, "max_iterations"),
-        accuracy=bounded(settings, "accuracy"),
+        rigidity_radius=rigidity / 100.0,
         threads=preferences.threads(),
         join_seams=settings.join_seams,
         loose_follow=settings.loose_follow,

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import bpy
 
-_names: dict[int, str] = {}
-"""The last seen name of each known object, by its uid."""
+_keys: dict[int, tuple[str, str | None]] = {}
+"""Name and library of each known object when it was seen last, by its uid: what Blender finds it by."""
 _n_objects = 0  # in the file, at the last look for new ones
 
 
@@ -39,18 +39,30 @@ class Update:
 def add(obj: bpy.types.Object) -> int:
     """Makes the object a known one. Returns its uid."""
     uid = int(obj.session_uid)
-    _names[uid] = obj.name
+    _keys[uid] = _key_of(obj)
     return uid
+
+
+def _key_of(obj: bpy.types.Object) -> tuple[str, str | None]:
+    return obj.name, obj.library.filepath if obj.library is not None else None
 
 
 def find(uid: int) -> bpy.types.Object | None:
     """The object, None if it is gone."""
-    obj = bpy.data.objects.get((_names.get(uid, ""), None))
-    if obj is None or obj.session_uid != uid:  # it was renamed, or is linked
+    obj = bpy.data.objects.get(_keys.get(uid, ("", None)))
+    if obj is None or obj.session_uid != uid:
         obj = next((other for other in bpy.data.objects if other.session_uid == uid), None)
-        if obj is not None and uid in _names:
-            _names[uid] = obj.name
+        if obj is not None and uid in _keys:
+            _keys[uid] = _key_of(obj)
     return obj
+
+
+def find_in(place: bpy.types.Scene | bpy.types.ViewLayer, uid: int) -> bpy.types.Object | None:
+    """The object, if a scene or view layer has it: quick for a known one, as it is asked at each redraw."""
+    obj = place.objects.get(_keys.get(uid, ("", None))[0])
+    if obj is None or obj.session_uid != uid:
+        obj = find(uid)
+    return obj if is_in(place, obj) else None
 
 
 def find_scene(uid: int) -> bpy.types.Scene | None:
@@ -59,15 +71,16 @@ def find_scene(uid: int) -> bpy.types.Scene | None:
 
 
 def any_objects() -> bool:
-    """Whether any object is known. Looks for new ones if the file has another number of objects."""
-    if len(bpy.data.objects) != _n_objects:
-        look_for_new()
-    return bool(_names)
+    return bool(_keys)
+
+
+def is_known(uid: int) -> bool:
+    return uid in _keys
 
 
 def all_objects() -> list[bpy.types.Object]:
     """The known objects of the file."""
-    return [obj for obj in bpy.data.objects if obj.session_uid in _names] if _names else []
+    return [obj for obj in bpy.data.objects if obj.session_uid in _keys] if _keys else []
 
 
 def is_in(place: bpy.types.Scene | bpy.types.ViewLayer, obj: bpy.types.Object | None) -> bool:
@@ -83,11 +96,11 @@ def updates(depsgraph: bpy.types.Depsgraph) -> list[Update]:
     changed, data = [], set()
     for update in depsgraph.updates:
         original = update.id.original
-        if not isinstance(original, bpy.types.Object):
-            if update.is_updated_geometry:
-                data.add(original.session_uid)
-        elif original.session_uid in _names:
+        uid = original.session_uid
+        if uid in _keys:
             changed.append((original, update.id, update.is_updated_transform, update.is_updated_geometry))
+        elif update.is_updated_geometry:
+            data.add(uid)
     return [
         Update(obj.session_uid, obj, evaluated, is_moved, is_deformed, _uid_of_data(obj) in data)
         for obj, evaluated, is_moved, is_deformed in changed
@@ -96,6 +109,17 @@ def updates(depsgraph: bpy.types.Depsgraph) -> list[Update]:
 
 def _uid_of_data(obj: bpy.types.Object) -> int:
     return 0 if obj.data is None else int(obj.data.session_uid)
+
+
+def may_be_others(depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether an evaluation may be of other objects than the one before."""
+    is_other_scene = depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("COLLECTION")
+    return is_other_scene or are_more_or_fewer()
+
+
+def are_more_or_fewer() -> bool:
+    """Whether the file has another number of objects than at the last look for new ones."""
+    return len(bpy.data.objects) != _n_objects
 
 
 def look_for_new() -> None:
@@ -110,13 +134,13 @@ def look_for_new() -> None:
 
 def forget_gone() -> AbstractSet[int]:
     """Forgets the known objects that the file has no more. Returns their uids."""
-    gone = _names.keys() - {obj.session_uid for obj in bpy.data.objects} if _names else set()
+    gone = _keys.keys() - {obj.session_uid for obj in bpy.data.objects} if _keys else set()
     for uid in gone:
-        del _names[uid]
+        del _keys[uid]
     return gone
 
 
 def clear() -> None:
     global _n_objects  # noqa: PLW0603 - as above
     _n_objects = 0
-    _names.clear()
+    _keys.clear()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.mirror import Mirror, used_mirrors
 from ..core.session_data import SessionMesh
-from ..core.transforms import stretch_of
+from ..core.transforms import inverted, stretch_of
 from . import versions
 from .points import objects as points
 
@@ -177,8 +177,8 @@ def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[
     if modifier.mirror_object is not None:
         world, of_centre = read_matrix(obj, depsgraph), read_matrix(modifier.mirror_object, depsgraph)
         try:
-            centre = np.asarray(np.linalg.inv(of_centre) @ world)
-            size = float(np.abs([world, of_centre]).max() * np.abs(np.linalg.inv(world)[:3, :3]).max())
+            centre = np.asarray(inverted(of_centre) @ world)
+            size = float(np.abs([world, of_centre]).max() * np.abs(inverted(world)[:3, :3]).max())
         except np.linalg.LinAlgError:  # scaled to nothing
             return []
     mirrors = []
@@ -186,7 +186,7 @@ def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[
         if is_on and not is_bisected:
             flip = np.eye(4)
             flip[axis, axis] = -1.0
-            matrix = np.asarray(np.linalg.inv(centre) @ flip @ centre)
+            matrix = np.asarray(inverted(centre) @ flip @ centre)
             mirrors.append(Mirror(matrix, modifier.merge_threshold, size))
     return mirrors
 

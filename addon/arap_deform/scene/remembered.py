@@ -67,7 +67,7 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
 
 def has_foreign_handles(obj: bpy.types.Object) -> bool:
     """Whether there are handle_motion.foreign_handles(): that takes a look at every object of the file."""
-    key = known.add(obj), len(obj.arap.handles)
+    key = obj.session_uid, len(obj.arap.handles)
     if key not in _has_foreign:
         _has_foreign[key] = bool(handle_motion.foreign_handles(obj))
     return _has_foreign[key]
@@ -77,7 +77,7 @@ def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
     """Whether ``obj`` is a mesh with ``target``, or a bone of it, as a handle."""
     if obj.type != "MESH":
         return False
-    key = known.add(obj), len(obj.arap.handles)
+    key = obj.session_uid, len(obj.arap.handles)
     if key not in _targets:
         _targets[key] = {handle.target.session_uid for handle in obj.arap.handles if handle.target is not None}
     return target.session_uid in _targets[key]
@@ -93,16 +93,13 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
     if uid == 0:
         return None
     for last in (_in_hand.get(layer), uid):
-        owner = known.find(last) if last else None
-        if _owns(view_layer, owner, target):
+        owner = known.find_in(view_layer, last) if last is not None and known.is_known(last) else None
+        if owner is not None and is_moved_by(owner, target):
             return owner
-    owner = next((obj for obj in known.all_objects() if _owns(view_layer, obj, target)), None)
+    owners = (obj for obj in known.all_objects() if is_moved_by(obj, target) and known.is_in(view_layer, obj))
+    owner = next(owners, None)
     _owners[key] = 0 if owner is None else owner.session_uid
     return owner
-
-
-def _owns(view_layer: bpy.types.ViewLayer, obj: bpy.types.Object | None, target: bpy.types.Object) -> bool:
-    return obj is not None and is_moved_by(obj, target) and known.is_in(view_layer, obj)
 
 
 def take_in_hand(view_layer: bpy.types.ViewLayer, obj: bpy.types.Object) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.patches import Point, diagonal_of, without_points
 from ..core.targets import HandleSpec, Patch
-from ..core.transforms import has_no_inverse, transformed
+from ..core.transforms import has_no_inverse, inverted, transformed
 from ..core.unbound import Pulls
 from . import handle_motion, meshes, pose_key
 from .held import HeldMesh
@@ -185,7 +185,7 @@ def _set_shape(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -
     # A group may be empty until it is painted, and a handle may be scaled to nothing.
     if entry.entry is None or not len(vertices) or has_no_inverse(entry.matrix):
         return
-    back: Floats = np.asarray(np.linalg.inv(entry.matrix))
+    back: Floats = inverted(entry.matrix)
     offsets = transformed(back, targets) - held.mesh.rest_positions[vertices]
     if np.abs(offsets @ held.stretch.T).max() > AT_PLACE * diagonal_of(held.surface.seen):
         entry.entry.set_shape(vertices, offsets, held.n_own)

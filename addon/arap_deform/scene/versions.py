@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s
+from .registration import quiet
 
 # Below this many vertices for each tree a plain pass over the vertices' groups is faster than the node trees.
 NODES_PAY_FROM = 10_000
@@ -161,7 +162,8 @@ def _weights_by_nodes(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, 
         reader.modifiers.new("groups", "NODES").node_group = tree
         scene.collection.objects.link(reader)
         view_layer = scene.view_layers[0]
-        view_layer.update()
+        with quiet():
+            view_layer.update()
         attributes = reader.evaluated_get(view_layer.depsgraph).data.attributes
         result: dict[str, Float32s] = {}
         for i, name in enumerate(names):

@@ -12,6 +12,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core import naming
+from ..core.transforms import inverted
 from ..props import hooks
 from ..scene import groups, handle_motion, pose_key, staying
 from ..scene.held import HeldMesh, fit
@@ -72,7 +73,7 @@ def _set_rests(
     """Sets the rest matrices of handles so that the places of their objects now give the pose shown now."""
     if not handles:
         return
-    inverse = np.linalg.inv(handle_motion.object_matrix(obj, depsgraph))
+    inverse = inverted(handle_motion.object_matrix(obj, depsgraph))
     motions = np.tile(np.eye(4), (len(handles), 1, 1))
     if pose_key.shown(obj) is not None:
         held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
@@ -84,7 +85,7 @@ def _set_rests(
             matrix = handle_motion.bone_rest_matrix(handle.target, handle.bone, depsgraph)
         else:
             matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
-        handle.rest = Matrix(np.linalg.inv(motion) @ inverse @ matrix)
+        handle.rest = Matrix(inverted(motion) @ inverse @ matrix)
 
 
 def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:

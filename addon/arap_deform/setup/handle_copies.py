@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import bpy
-import numpy as np
 from mathutils import Matrix
 
+from ..core.transforms import inverted
 from ..scene import handle_motion, meshes
 from .handle_changes import making
 from .made_objects import collection_for_made
@@ -73,5 +73,5 @@ def _take_along(
         return  # the same place relative to the parent is the same place on the mesh
     world, of_owner = meshes.read_matrix(obj, depsgraph), meshes.read_matrix(owner, depsgraph)
     twin.parent_type = "OBJECT"
-    twin.matrix_parent_inverse = Matrix(np.linalg.inv(world))
-    twin.matrix_world = Matrix(world @ np.linalg.inv(of_owner) @ meshes.read_matrix(target, depsgraph))
+    twin.matrix_parent_inverse = Matrix(inverted(world))
+    twin.matrix_world = Matrix(world @ inverted(of_owner) @ meshes.read_matrix(target, depsgraph))

@@ -15,7 +15,7 @@ from ..core import naming, native
 from ..core.arrays import Floats, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
-from ..core.transforms import transformed
+from ..core.transforms import inverted, transformed
 from ..scene import groups, handle_motion, meshes, pose_key, remembered, staying
 from ..scene.groups import VertexIndices
 from ..scene.held import HeldMesh, fit
@@ -59,12 +59,12 @@ def add_handle(
     world = handle_motion.object_matrix(obj, depsgraph)
     rest = meshes.read_rest(obj)
     found = fit(HeldMesh(obj, depsgraph), HandleSpec(name, indices, np.ones(len(indices)), is_exact))
-    motion = world @ found.motion @ np.linalg.inv(world)
+    motion = world @ found.motion @ inverted(world)
 
     points = transformed(world, rest[indices])
     centre = points.mean(axis=0) if found.centre is None else transformed(world, found.centre)
     if location is not None:
-        centre = transformed(np.linalg.inv(motion), np.array([location], dtype=np.float64))[0]
+        centre = transformed(inverted(motion), np.array([location], dtype=np.float64))[0]
     at_rest = np.eye(4)
     at_rest[:3, 3] = centre
 
@@ -73,7 +73,7 @@ def add_handle(
         handle.is_exact = is_exact
         handle.target = made_objects.new_empty(obj, name, world, motion @ at_rest)
         handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
-        handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
+        handle.rest = Matrix(inverted(world) @ at_rest)
         handle.group_radius = max(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),

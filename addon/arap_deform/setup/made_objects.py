@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import bpy
-import numpy as np
 from mathutils import Matrix
 
 from ..core.arrays import Floats
+from ..core.transforms import inverted
 from ..props import hooks
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes
@@ -25,7 +25,7 @@ def new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -
     empty.show_in_front = True
     empty.parent = obj
     # Cancels the parent's matrix of now: the empty's axes are the world's, even under a stretched object.
-    empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
+    empty.matrix_parent_inverse = Matrix(inverted(world))
     empty.matrix_world = Matrix(matrix)  # unlike matrix_basis, it can be read before the next evaluation
     return empty
 

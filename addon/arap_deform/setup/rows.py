@@ -64,8 +64,10 @@ def _on_chosen(obj: bpy.types.Object, row: int) -> None:
 
 def count_soon(obj: bpy.types.Object) -> None:
     """For drawing, which must change nothing: if rows are missing, has a timer count them."""
+    if not _is_miscounted(obj):
+        return
     known.add(obj)
-    if _is_miscounted(obj) and not bpy.app.timers.is_registered(count_all):
+    if not bpy.app.timers.is_registered(count_all):
         bpy.app.timers.register(count_all, first_interval=0.0, persistent=True)
 
 

@@ -41,7 +41,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 def _find(context: bpy.types.Context) -> bpy.types.Object | None:
     active = getattr(context, "object", None)  # a timer or a handler may have no window
-    posed = [obj for uid in sessions.acts if known.is_in(context.view_layer, obj := known.find(uid))]
+    posed = [obj for uid in sessions.acts if (obj := known.find_in(context.view_layer, uid)) is not None]
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active

@@ -2,6 +2,7 @@
 """What a posing act sees of Blender: why it is over, and the key that it writes."""
 
 from typing import Any
+from unittest import mock
 
 import bmesh
 from looks import key_names, key_positions, unfit
@@ -33,6 +34,18 @@ class PoseSceneTest(SceneTest):
                 self.assertEqual(act.why_over(), "")
                 change(obj)
                 self.assertEqual(act.why_over(), why)
+
+    def test_keep_and_cancel_of_the_tab_end_it(self):
+        obj = solved()
+        bpy.context.view_layer.objects.active = obj
+        sessions = module("core.sessions")
+        for is_kept in (True, False):
+            act = module("follow.act").PoseAct(mock.Mock())
+            sessions.claim(obj, act)
+            self.addCleanup(sessions.release, obj.session_uid, act)
+            self.assertEqual(bpy.ops.arap.pose_end(is_kept=is_kept), {"FINISHED"})
+            self.assertIsNotNone(act.end)
+            sessions.release(obj.session_uid, act)
 
     def test_a_lost_handle_has_no_motion(self):
         obj = solved()

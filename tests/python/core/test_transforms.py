@@ -8,6 +8,7 @@ from arap_deform.core.transforms import (
     applied_map,
     fitted_rotations,
     has_no_inverse,
+    inverted,
     map_points,
     nearest_rotations,
     rotation,
@@ -29,6 +30,16 @@ def test_every_point_is_mapped(n, dtype):
     mapped = np.full_like(points, np.nan)
     map_points(points, linear, mapped)
     np.testing.assert_allclose(mapped, np.einsum("ij,kj->ik", points, linear), rtol=0, atol=16 * np.finfo(dtype).eps)
+
+
+def test_the_inverse_of_affine_matrices():
+    matrices = np.tile(np.eye(4), (20, 2, 1, 1))
+    matrices[..., :3, :] = np.random.default_rng(5).normal(size=(20, 2, 3, 4))
+    np.testing.assert_allclose(inverted(matrices), np.linalg.inv(matrices), rtol=1e-9)
+    np.testing.assert_allclose(inverted(PLACE) @ PLACE, np.eye(4), atol=1e-15)
+    matrices[3, 1, 0] = 0.0
+    with pytest.raises(np.linalg.LinAlgError, match="Singular"):
+        inverted(matrices)
 
 
 def test_part_of_an_array_is_written_in_place():

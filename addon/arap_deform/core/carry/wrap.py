@@ -16,7 +16,7 @@ from ..arrays import Float32s, Floats, check_places
 from ..background import Steps, part, stage
 from ..mirror import are_same
 from ..session_input import is_same_stretch
-from ..transforms import map_points, transformed
+from ..transforms import inverted, map_points, transformed
 from .probe import Probe, probed
 from .surface import PreparedSurface, RestSurface
 from .wrap_input import WrapInput
@@ -64,7 +64,7 @@ class Wrap:
             surface=surface.rest[probed(self.n_vertices)],
             place=inputs.place,
         )
-        back = np.linalg.inv(inputs.place)
+        back = inverted(inputs.place)
         self._linear: Floats = np.asarray(back[:3, :3] @ surface.space.unstretch, dtype=np.float64)
         self._shift: Floats = np.asarray(back[:3, 3], dtype=np.float64)
         # Of single precision a frame allocates nothing. Rigid pieces are small, and would lose digits of their shape

@@ -17,7 +17,7 @@ from ...core.arrays import Floats, Ints
 from ...core.cages.session import Cage
 from ...core.session_data import SessionMesh
 from ...core.session_input import CageHold
-from ...core.transforms import transformed
+from ...core.transforms import inverted, transformed
 from ...props.bounds import bounded
 from ...props.cage import may_be_cage
 from .. import meshes, pose_key, versions
@@ -149,7 +149,7 @@ def evaluated_positions(cage: bpy.types.Object, depsgraph: bpy.types.Depsgraph, 
     """As positions_now(), of any mesh object."""
     with _evaluated(cage, depsgraph) as mesh:
         local = versions.read_positions(mesh).astype(np.float64)
-    return transformed(np.asarray(np.linalg.inv(world) @ meshes.read_matrix(cage, depsgraph)), local)
+    return transformed(np.asarray(inverted(world) @ meshes.read_matrix(cage, depsgraph)), local)
 
 
 @contextmanager

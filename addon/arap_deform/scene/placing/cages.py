@@ -14,6 +14,7 @@ from mathutils import Matrix
 
 from ...core.arrays import Float32s
 from ...core.cages.shape import CageShape
+from ...core.transforms import inverted
 from .. import handle_motion, meshes, pose_key, versions
 from ..cages import read, saved
 
@@ -52,7 +53,7 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     shown_keys = {name: of_key for name, of_key in shape.keys.items() if _is_shown(handle.target, name)}
     positions = read.evaluated_positions(handle.target, depsgraph, world)
     saved.save(handle, positions, CageShape(shape.positions, shown_keys))
-    handle.rest = Matrix(np.linalg.inv(world) @ meshes.read_matrix(handle.target, depsgraph))
+    handle.rest = Matrix(inverted(world) @ meshes.read_matrix(handle.target, depsgraph))
     rest = meshes.read_rest(obj)
     shown = pose_key.shown_positions(obj, rest)
     if np.array_equal(shown, rest):

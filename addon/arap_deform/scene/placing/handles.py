@@ -11,6 +11,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.arrays import Floats
+from ...core.transforms import inverted
 from .. import handle_motion, meshes, remembered
 from . import cages
 
@@ -94,7 +95,7 @@ def _move(handle: ArapHandle, matrix: Floats, depsgraph: bpy.types.Depsgraph) ->
     """To a (4, 4) world matrix."""
     if handle.bone:
         armature = handle_motion.object_matrix(handle.target, depsgraph)  # refuses a flat one
-        handle.target.pose.bones[handle.bone].matrix = Matrix(np.linalg.inv(armature) @ matrix)
+        handle.target.pose.bones[handle.bone].matrix = Matrix(inverted(armature) @ matrix)
     else:
         handle.target.matrix_world = Matrix(matrix)
 
