@@ -8,8 +8,8 @@ from harness import Steps, Ui
 
 
 def drawn(ui: Ui):
-    """What was drawn last."""
-    return ui.overlay._drawn
+    """What was drawn last, by the name of its object."""
+    return {ui.known.find(uid).name: batches for uid, batches in ui.overlay._drawn.items()}
 
 
 def show_all(obj: bpy.types.Object) -> None:
