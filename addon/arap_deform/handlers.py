@@ -39,10 +39,14 @@ def _tell(*rooms: Callable[[], object]) -> None:
 
 def _forget_looks() -> None:
     """Forgets everything read from the scene."""
+    _postponed.clear()
     remembered.clear()
     look.clear()
     seen_mesh.clear()
     draw.clear()
+
+
+_postponed: list[known.Update] = []
 
 
 def _look_again() -> None:
@@ -63,7 +67,11 @@ def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _look_again()
     if not known.any_objects():
         return
-    updates = known.updates(depsgraph)
+    updates = [*_postponed, *known.updates(depsgraph)]
+    _postponed.clear()
+    if registration.is_postponed():
+        _postponed.extend(updates)
+        return
     for_each(updates, _updated)
     _tell(
         partial(runs.scene_changed, scene, depsgraph, updates),

@@ -115,7 +115,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
         groups.write(obj, pin.name, hold.vertices, hold.weights)
     # All at once: each of them was added beside the ones before, but in the pull all of them held the mesh.
     made = [*obj.arap.pins[first_pin:], *obj.arap.handles[first_handle:]]
-    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), *made)
+    staying.stay(obj, None, *made)
     if hold is not None and len(hold.vertices):
         _hold_as_pulled(obj, obj.arap.pins[-1], hold, shown - rest)
     obj.arap.pull_pins.clear()

@@ -31,7 +31,22 @@ KINDS = (
 
 _draw_handles: dict[str, list[Any]] = {}
 """What Blender needs to stop drawing, by name of the module."""
-_is_quiet = False
+_is_quiet = _is_postponed = False
+
+
+def is_postponed() -> bool:
+    return _is_postponed
+
+
+@contextmanager
+def postponed() -> Iterator[None]:
+    """While a scene is evaluated in the middle of a change: the handler looks at it with the next evaluation."""
+    global _is_postponed  # noqa: PLW0603 - handlers take no other message
+    before, _is_postponed = _is_postponed, True
+    try:
+        yield
+    finally:
+        _is_postponed = before
 
 
 def is_quiet() -> bool:

@@ -18,6 +18,7 @@ from ..core.unbound import Pulls
 from . import handle_motion, meshes, pose_key
 from .held import HeldMesh
 from .inputs import has_group
+from .registration import postponed
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -58,11 +59,14 @@ def stay(
     rest = meshes.read_rest(obj)
     shown = pose_key.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
-        depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+        if depsgraph is None:
+            with postponed():  # else a mesh that follows would be solved with what is not whole yet
+                depsgraph = bpy.context.evaluated_depsgraph_get()
         held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
         entries = _entries(obj, depsgraph, held, set(added))
         _keep_points(held, [entry for entry in entries if entry.is_enabled])
         _hold_shown(held, entries)
+        obj.update_tag()  # so that the next evaluation tells of what was postponed
 
 
 def capture_shapes(obj: bpy.types.Object) -> Shapes:

@@ -10,7 +10,7 @@ import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
 from support import FakeAct, SceneTest, bpy, module, opened_again, uid
-from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, live_tube, mesh_object, move, posable
+from tubes import BOTTOM, MIDDLE, SEGMENTS, TOP, animate, bend, copied, empty_at, live_tube, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
 
@@ -351,11 +351,10 @@ class LiveToggleTest(SceneTest):
 
     def test_weights_settings_pins_and_scale_take_effect(self):
         obj = live_tube()
-        bend(obj)
         group = obj.vertex_groups.new(name="Waist")
         group.add(MIDDLE, 1.0, "REPLACE")
         self.api.add_pin_group(obj, "Waist")
-        bpy.context.view_layer.update()
+        bend(obj)
         self.assert_close(shown_positions(obj)[MIDDLE], rest_positions(obj)[MIDDLE], 1e-5)
         group.remove(MIDDLE[:4])
         bpy.context.view_layer.update()
@@ -375,6 +374,27 @@ class LiveToggleTest(SceneTest):
         obj.hide_viewport = False
         bpy.context.view_layer.update()
         self.assert_followed(obj)
+
+    def test_what_is_added_or_chosen_moves_nothing_and_is_followed_then(self):
+        knee, other = list(range(4 * SEGMENTS, 5 * SEGMENTS)), (0.3, 0.8, 2.0)
+        for name, act in {
+            "pin": lambda obj: self.api.add_pin(obj, MIDDLE),
+            "pin of a group": lambda obj: self.api.add_pin_group(obj, "Head"),
+            "handle": lambda obj: self.api.add_handle(obj, knee),
+            "handle for an object": lambda obj: self.api.add_handle_for(obj, empty_at(other)),
+            "another object": lambda obj: setattr(obj.arap.handles[0], "target", empty_at(other)),
+        }.items():
+            with self.subTest(act=name):
+                self.setUp()
+                obj = live_tube()
+                bend(obj)
+                before = shown_positions(obj)
+                act(obj)
+                bpy.context.view_layer.update()
+                self.assert_close(shown_positions(obj), before, SAME)
+                self.assertEqual(obj.arap.live_problem, "")
+                move(obj.arap.handles[-1].target, (0.0, 0.2, 0.0))
+                self.assertGreater(np.abs(shown_positions(obj) - before).max(), 0.05)
 
     def test_renamed_it_goes_on_and_deleted_it_is_forgotten(self):
         obj = live_tube()
