@@ -43,6 +43,9 @@ NOT_UNDER_QEMU = (
     "test_jobs.py::test_without_a_thread_the_work_is_done_at_once",
     "test_attacks.py::test_a_factor_that_cannot_fit_is_refused_before_memory_runs_out",
     "test_attacks.py::test_too_little_memory_is_said_in_words",
+    "test_attacks.py::test_constraints_of_a_cage_that_cannot_fit_are_refused",
+    "test_attacks.py::test_a_grid_that_cannot_fit_is_refused_before_it_is_made",
+    "test_attacks.py::test_without_threads_the_caller_does_all",
     "test_threads.py::test_two_hundred_solvers_leave_no_memory_behind",
 )
 
