@@ -22,7 +22,7 @@ from .pose import starts, undo
 from .pull import draw, region, seen_mesh, tool
 from .pull import operators as pulling
 from .scene import known, registration, remembered
-from .scene.registration import for_each
+from .scene.registration import Hearing, for_each
 from .scene.seen import look
 from .setup import rows
 from .show import overlay
@@ -60,7 +60,7 @@ def _look_again() -> None:
 
 @persistent
 def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    if registration.is_quiet():
+    if registration.hearing is Hearing.NEVER:
         return
     may_be_others = known.may_be_others(depsgraph)
     if may_be_others:
@@ -69,7 +69,7 @@ def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         return
     updates = [*_postponed, *known.updates(depsgraph)]
     _postponed.clear()
-    if registration.is_postponed():
+    if registration.hearing is Hearing.LATER:
         _postponed.extend(updates)
         return
     for_each(updates, _updated)

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from enum import Enum, auto
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -31,37 +32,36 @@ KINDS = (
 
 _draw_handles: dict[str, list[Any]] = {}
 """What Blender needs to stop drawing, by name of the module."""
-_is_quiet = _is_postponed = False
 
 
-def is_postponed() -> bool:
-    return _is_postponed
+class Hearing(Enum):
+    """Whether the handler looks at an evaluation."""
+
+    NOW = auto()
+    LATER = auto()  # with the next one: something is in the middle of a change
+    NEVER = auto()  # the scene will be again as it was
+
+
+hearing = Hearing.NOW
+"""Read it; only quiet() and postponed() change it."""
+
+
+def quiet() -> AbstractContextManager[None]:
+    return _heard(Hearing.NEVER)
+
+
+def postponed() -> AbstractContextManager[None]:
+    return _heard(Hearing.LATER)
 
 
 @contextmanager
-def postponed() -> Iterator[None]:
-    """While a scene is evaluated in the middle of a change: the handler looks at it with the next evaluation."""
-    global _is_postponed  # noqa: PLW0603 - handlers take no other message
-    before, _is_postponed = _is_postponed, True
+def _heard(how: Hearing) -> Iterator[None]:
+    global hearing  # noqa: PLW0603 - handlers take no other message
+    before, hearing = hearing, how
     try:
         yield
     finally:
-        _is_postponed = before
-
-
-def is_quiet() -> bool:
-    return _is_quiet
-
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """While a scene is evaluated that will be again as it was: the handler does not look at it."""
-    global _is_quiet  # noqa: PLW0603 - handlers take no other message
-    before, _is_quiet = _is_quiet, True
-    try:
-        yield
-    finally:
-        _is_quiet = before
+        hearing = before
 
 
 def register(module: ModuleType) -> None:
