@@ -6,9 +6,9 @@ Each handler tells the rooms in turn. A fault of one, or with one object, keeps 
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable
 from functools import partial
+from operator import call
 
 import bpy
 from bpy.app.handlers import persistent
@@ -30,11 +30,7 @@ from .ui import modal
 
 
 def _tell(*rooms: Callable[[], object]) -> None:
-    for room in rooms:
-        try:
-            room()
-        except Exception:  # noqa: BLE001 - whatever it is, the others are not at fault
-            traceback.print_exc()
+    for_each(rooms, call)
 
 
 def _forget_looks() -> None:
@@ -47,12 +43,21 @@ def _forget_looks() -> None:
 
 
 _postponed: list[known.Update] = []
+"""Of evaluations in the middle of a change, which nothing was solved for."""
+
+UPDATED = (
+    applied.updated,
+    overlay.updated,
+    carry.updated,
+    remembered.forget_updated,
+    look.forget_updated,
+    seen_mesh.forget_updated,
+)
 
 
 def _look_again() -> None:
     """Objects may have come and gone."""
-    known.look_for_new()
-    gone = known.forget_gone()
+    gone = known.look_again()
     sessions.forget(gone)
     for uid in gone:
         carry.forget(uid)
@@ -67,32 +72,21 @@ def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _look_again()
     if not known.any_objects():
         return
-    updates = [*_postponed, *known.updates(depsgraph)]
-    _postponed.clear()
-    if registration.hearing is Hearing.LATER:
-        _postponed.extend(updates)
-        return
-    for_each(updates, _updated)
+    updates = known.updates(depsgraph)
+    for update in updates:
+        _tell(*(partial(room, update) for room in UPDATED))
     _tell(
-        partial(runs.scene_changed, scene, depsgraph, updates),
         partial(carry.catch_up_after, depsgraph),
         partial(remembered.forget_handles, has_new_objects=may_be_others),
-        partial(posing.scene_changed, scene, depsgraph, updates),
     )
-
-
-def _updated(update: known.Update) -> None:
-    _tell(*(partial(room, update) for room in UPDATED))
-
-
-UPDATED = (
-    applied.updated,
-    overlay.updated,
-    carry.updated,
-    remembered.forget_updated,
-    look.forget_updated,
-    seen_mesh.forget_updated,
-)
+    _postponed.extend(updates)
+    if registration.hearing is Hearing.NOW:
+        updates = _postponed.copy()
+        _postponed.clear()
+        _tell(
+            partial(runs.scene_changed, scene, depsgraph, updates),
+            partial(posing.scene_changed, scene, depsgraph, updates),
+        )
 
 
 @persistent
@@ -138,7 +132,7 @@ def _undone(scene: bpy.types.Scene, step: Callable[[], set[str]]) -> None:
 @persistent
 def _on_load(*_: object) -> None:
     known.clear()
-    known.look_for_new()
+    known.look_again()
     _tell(
         _forget_looks,
         region.forget_fine,

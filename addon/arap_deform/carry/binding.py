@@ -10,7 +10,6 @@ import bpy
 from ..core.background import Background, Steps
 from ..core.carry.wrap import Wrap
 from ..follow.scene import is_rendering
-from ..scene import known
 from ..ui import waiting
 from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind
@@ -22,7 +21,7 @@ class Binding(EndedByEsc):
 
     def __init__(self, target: bpy.types.Object, steps: Steps[Wrap]) -> None:
         """Begins."""
-        self._uid = known.add(target)
+        self._uid = target.session_uid
         self._name = target.name  # for messages
         self._began = time.monotonic()
         self.work = Background(steps)

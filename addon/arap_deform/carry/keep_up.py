@@ -12,7 +12,7 @@ import numpy as np
 from ..core import native
 from ..core.arrays import Float32s
 from ..follow.act import print_fault
-from ..scene import known, meshes, shape_keys, versions
+from ..scene import meshes, shape_keys, versions
 from ..scene.console import say
 from . import late, problems, twins, wraps
 
@@ -33,8 +33,7 @@ def guarded(body: bpy.types.Object, follower: ArapFollower, act: Callable[[], ob
     """Calls ``act`` for a follower that can work. Does not raise: nothing of a follower may stop its body."""
     if follower.target is None or follower.target.session_uid in _busy:
         return
-    name, uid = follower.target.name, known.add(follower.target)
-    known.add(body)
+    name, uid = follower.target.name, follower.target.session_uid
     _busy.add(uid)
     try:
         fault = problems.problem_of(body, follower)

@@ -38,6 +38,8 @@ def look_again(body: bpy.types.Object, follower: ArapFollower, *, may_wait: bool
     """Brings a new follower up to date, or one that has changed. ``may_wait``: it is bound in the background."""
     if follower.target is None or follower.target.arap.carried.body != body:
         return
+    known.add(body)
+    known.add(follower.target)
     _suspect(body, follower)
     guarded(body, follower, partial(keep_up, body, follower, may_wait=may_wait))
     _wake()

@@ -21,7 +21,7 @@ from ..core.session_data import SessionMesh
 from ..core.transforms import has_no_inverse, inverted
 from ..props import preferences
 from ..props.bounds import bounded
-from ..scene import handle_motion, known, meshes
+from ..scene import handle_motion, meshes
 from ..scene.points import objects as points
 from ..ui import waiting
 from .binding import Binding
@@ -167,9 +167,8 @@ def _end_binding(uid: int) -> Wrap:
 
 def begin(body: bpy.types.Object, follower: ArapFollower) -> None:
     """Begins to bind in the background, unless that is under way. Raises as bound()."""
-    uid = known.add(follower.target)
+    uid = follower.target.session_uid
     if uid not in _binding:
-        known.add(body)
         _suspect.discard(uid)
         _binding[uid] = Binding(follower.target, Wrap.bind(native.load(), read_input(body, follower), _prepared))
 

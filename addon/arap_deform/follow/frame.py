@@ -15,7 +15,7 @@ from ..core.arrays import Floats
 from ..core.session_data import Readout
 from ..core.session_input import Hold, difference, difference_of_scene
 from ..core.sessions import AnySession
-from ..scene import handle_motion, known, meshes, pose_key, shape_keys
+from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input, read_state
 from . import mesh
 
@@ -102,4 +102,4 @@ def write_pose(
     """
     shape_keys.write(obj, key, session.positions, is_frame=is_frame)
     shape_keys.show(key)
-    sessions.set_readout(known.add(obj), result)
+    sessions.set_readout(obj.session_uid, result)

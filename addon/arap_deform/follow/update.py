@@ -9,7 +9,7 @@ from ..core import sessions
 from ..core.background import Progress, run
 from ..core.session_data import Readout
 from ..core.sessions import AnySession
-from ..scene import known, meshes
+from ..scene import meshes
 from ..scene.inputs import read_input
 from . import mesh, ready
 from .frame import Frame
@@ -22,7 +22,7 @@ def prepare_session(
 ) -> AnySession:
     """As bind(), and the session is kept until end_session()."""
     session = bind(obj, depsgraph or bpy.context.evaluated_depsgraph_get(), progress)
-    sessions.hold(known.add(obj), SCRIPT)
+    sessions.hold(obj.session_uid, SCRIPT)
     return session
 
 

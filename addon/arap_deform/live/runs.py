@@ -245,7 +245,7 @@ def register() -> None:
 
 
 def _begin_all() -> None:
-    known.look_for_new()
+    known.look_again()
     _find(known.all_objects())
     _wake()
 

@@ -41,9 +41,8 @@ def finish(uid: int, number: int, *, as_one_step: bool) -> None:
         number: of the act.
         as_one_step: undo and redo pass over the steps within the act.
     """
-    known.look_for_new()  # a copy that was made within the act has the number too
-    for obj in known.all_objects():
-        if obj.arap.pose_act == number:
+    for obj in bpy.data.objects:  # a copy that was made within the act has the number too
+        if obj.is_property_set("arap") and obj.arap.pose_act == number:
             obj.arap.pose_act = 0
     if as_one_step:
         _ended[number] = uid

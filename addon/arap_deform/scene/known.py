@@ -14,7 +14,7 @@ import bpy
 
 _keys: dict[int, tuple[str, str | None]] = {}
 """Name and library of each known object when it was seen last, by its uid: what Blender finds it by."""
-_n_objects = 0  # in the file, at the last look for new ones
+_n_objects = 0  # in the file, at the last look
 
 
 @dataclass(frozen=True)
@@ -118,23 +118,24 @@ def may_be_others(depsgraph: bpy.types.Depsgraph) -> bool:
 
 
 def are_more_or_fewer() -> bool:
-    """Whether the file has another number of objects than at the last look for new ones."""
+    """Whether the file has another number of objects than at the last look."""
     return len(bpy.data.objects) != _n_objects
 
 
-def look_for_new() -> None:
-    """Finds the objects with data of the add-on's: a file was loaded, objects were appended, or undo brought them."""
+def look_again() -> AbstractSet[int]:
+    """Finds the objects with data of the add-on's: a file was loaded, objects were appended, or undo brought them.
+
+    Forgets the known objects that the file has no more. Returns their uids.
+    """
     global _n_objects  # noqa: PLW0603 - compared by handlers
-    _n_objects = len(bpy.data.objects)
+    there = set()
     for obj in bpy.data.objects:
+        there.add(obj.session_uid)
         # Blender makes the settings when they are first read: of most objects there are none.
         if obj.is_property_set("arap") and obj.arap.has_data():
             add(obj)
-
-
-def forget_gone() -> AbstractSet[int]:
-    """Forgets the known objects that the file has no more. Returns their uids."""
-    gone = _keys.keys() - {obj.session_uid for obj in bpy.data.objects} if _keys else set()
+    _n_objects = len(there)
+    gone = _keys.keys() - there
     for uid in gone:
         del _keys[uid]
     return gone

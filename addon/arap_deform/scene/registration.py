@@ -38,7 +38,7 @@ class Hearing(Enum):
     """Whether the handler looks at an evaluation."""
 
     NOW = auto()
-    LATER = auto()  # with the next one: something is in the middle of a change
+    LATER = auto()  # but solves nothing before the next one: something is in the middle of a change
     NEVER = auto()  # the scene will be again as it was
 
 

@@ -41,6 +41,14 @@ class _Entry:
     is_enabled: bool
 
 
+def evaluated_within(obj: bpy.types.Object) -> bpy.types.Depsgraph:
+    """The evaluated scene, in the middle of a change: a mesh that follows is solved with the next evaluation."""
+    with postponed():
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+    obj.update_tag()
+    return depsgraph
+
+
 def stay(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None, *added: Entry, use_nodes: bool | None = None
 ) -> None:
@@ -59,14 +67,11 @@ def stay(
     rest = meshes.read_rest(obj)
     shown = pose_key.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
-        if depsgraph is None:
-            with postponed():  # else a mesh that follows would be solved with what is not whole yet
-                depsgraph = bpy.context.evaluated_depsgraph_get()
+        depsgraph = depsgraph or evaluated_within(obj)
         held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
         entries = _entries(obj, depsgraph, held, set(added))
         _keep_points(held, [entry for entry in entries if entry.is_enabled])
         _hold_shown(held, entries)
-        obj.update_tag()  # so that the next evaluation tells of what was postponed
 
 
 def capture_shapes(obj: bpy.types.Object) -> Shapes:

@@ -18,7 +18,6 @@ from ..scene import groups, handle_motion, pose_key, staying
 from ..scene.held import HeldMesh, fit
 from ..scene.inputs import has_group
 from ..scene.placing import cages
-from ..scene.registration import postponed
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -47,9 +46,7 @@ def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
     """
     if obj.type != "MESH":
         return
-    with postponed():  # else a mesh that follows would be solved with what is not whole yet
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-    obj.update_tag()
+    depsgraph = staying.evaluated_within(obj)
     use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
     for entry in entries:
         if hasattr(entry, "target") and entry.is_cage and not _lack_of_target(obj, entry, depsgraph):
