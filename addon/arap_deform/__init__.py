@@ -26,7 +26,7 @@ MODULES = {
     ),
     "live": ("runs",),
     "show": ("overlay", "panel"),
-    "pose": ("undo", "starts", "operators"),
+    "pose": ("undo", "operators"),
     "cages": ("operators",),
     "carry": ("run", "operators", "panel"),
     "together": ("operators",),

@@ -16,7 +16,7 @@ What stays, what moves, what is stiff:
 - add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay where they are.
 - add_handle(), add_handle_for(), remove_handle(): vertices that follow a new empty, or an object or bone.
 - add_bones(): bones of an armature move what they pass through inside the mesh, without vertex groups.
-- make_cage(), add_cage(): a coarse closed mesh around the mesh moves all of it.
+- make_cage(): a coarse closed mesh around the mesh, which moves all of it with Blender's Mesh Deform.
 - copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
 - soften_group(): gives a vertex group a soft edge.
@@ -61,7 +61,7 @@ Everything else in the add-on is free to change from one version to the next.
 
 from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
-from .cages.make import add_cage, make_cage
+from .cages.make import make_cage
 from .carry.lists import carry_along, stop_carrying
 from .core.background import Cancelled
 from .follow.update import end_session, prepare_session, update_pose
@@ -69,7 +69,7 @@ from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
 from .pose.solve import begin_solve, solve
 from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
-from .scene.placing.handles import reset_handles
+from .scene.movers.placing import reset_handles
 from .setup.bones import add_bones
 from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle
@@ -82,7 +82,6 @@ __all__ = [
     "REST",
     "Cancelled",
     "add_bones",
-    "add_cage",
     "add_handle",
     "add_handle_for",
     "add_pin",

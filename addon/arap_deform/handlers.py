@@ -18,7 +18,7 @@ from .core import sessions
 from .follow import applied
 from .live import runs
 from .pose import run as posing
-from .pose import starts, undo
+from .pose import undo
 from .pull import draw, region, seen_mesh, tool
 from .pull import operators as pulling
 from .scene import known, registration, remembered
@@ -58,9 +58,10 @@ UPDATED = (
 def _look_again() -> None:
     """Objects may have come and gone."""
     gone = known.look_again()
-    sessions.forget(gone)
     for uid in gone:
+        runs.forget(uid)
         carry.forget(uid)
+    sessions.forget(gone)
 
 
 @persistent
@@ -137,7 +138,6 @@ def _on_load(*_: object) -> None:
         _forget_looks,
         region.forget_fine,
         overlay.forget,
-        starts.forget,
         undo.forget,
         carry.clear,
         applied.replaced,

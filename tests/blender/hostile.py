@@ -83,17 +83,6 @@ def pull_pins_of_nonsense(obj: bpy.types.Object) -> None:
         stored["reach"] = NAN
 
 
-def a_cage_of_nonsense(obj: bpy.types.Object) -> None:
-    """A rest that is far away, faces that close nothing, coordinates that no list has; and a second cage: the mesh."""
-    mesh = bpy.data.meshes.new("Wires")
-    mesh.from_pydata([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], [], [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)])
-    cage = bpy.data.objects.new("Wires", mesh)
-    bpy.context.scene.collection.objects.link(cage)
-    for handle, target in zip(raw(obj)["handles"], (cage, obj), strict=False):
-        handle["is_cage"], handle["target"], handle["coordinates"] = True, target, 77
-        handle["cage_text"] = base64.b64encode(np.full(12, 1e300, "<f8").tobytes()).decode()
-
-
 def followers_of_nonsense(obj: bpy.types.Object) -> None:
     """The mesh goes along with itself, an empty does, places are none, and the rest shapes are what may be removed."""
     for target in (obj, obj.arap.handles[0].target, None):
@@ -145,6 +134,6 @@ def code(obj: bpy.types.Object) -> None:
 
 KINDS: tuple[Callable[[bpy.types.Object], None], ...] = (
     work_for_ever, numbers_that_are_none, choices_that_are_none, other_types, a_singular_place, a_handle_on_itself,
-    pull_pins_of_nonsense, a_cage_of_nonsense, followers_of_nonsense, thousands_of_poses, thousands_of_handles,
+    pull_pins_of_nonsense, followers_of_nonsense, thousands_of_poses, thousands_of_handles,
     the_rest_shape_as_the_pose, code,
 )  # fmt: skip

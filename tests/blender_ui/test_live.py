@@ -11,11 +11,9 @@ import rna_xml
 import scenes
 from harness import Steps, Ui
 from mathutils import Vector
-from test_pose import select_vertices
 
 LIGHT_THEME = Path(bpy.utils.system_resource("SCRIPTS")) / "presets" / "interface_theme" / "Blender_Light.xml"
 NEAR = 1e-5
-NEAR_CAGE = 1e-4  # of the bar 4 long: Blender's cage is in single precision
 SAME = 5e-3  # of a bar 4 long: what two ways to one pose may differ by, at the accuracy set here
 
 
@@ -376,16 +374,6 @@ def make_cage(ui: Ui) -> Generator[None, None, bpy.types.Object]:
     return bpy.context.object
 
 
-def ring(cage: bpy.types.Object, height: float) -> list[int]:
-    """Its vertices above a height."""
-    return [vertex.index for vertex in cage.data.vertices if vertex.co.z > height]
-
-
-def assert_moved(rest: np.ndarray, way: float) -> None:
-    """The bar is shown moved along X."""
-    np.testing.assert_allclose(scenes.shown_positions(bar()), rest + np.array([way, 0.0, 0.0]), atol=NEAR_CAGE)
-
-
 def move_selected(ui: Ui, axis: str, amount: str) -> Steps:
     """G along an axis, confirmed."""
     ui.press("G")
@@ -395,38 +383,6 @@ def move_selected(ui: Ui, axis: str, amount: str) -> Steps:
     yield
     ui.press("RET")
     yield
-
-
-def test_live_follows_an_edited_cage_and_undo(ui: Ui) -> Steps:
-    """Make Cage, Tab, G: the mesh follows. Undo takes the moves back one by one, Cancel all of it."""
-    ui.change(ui.live_run, "HEAVY_STEP_S", float("inf"))
-    scenes.add_bar()
-    yield from ui.move_mouse_to_view()
-    cage = yield from make_cage(ui)
-    yield from settle(ui)
-    rest = scenes.shown_positions(bar())
-    bpy.ops.object.mode_set(mode="EDIT")
-    select_vertices(cage, list(range(len(cage.data.vertices))))
-    bpy.ops.ed.undo_push(message="selected")
-    for way in (1.0, 2.0):
-        yield from move_selected(ui, "X", "1")
-        yield from settle(ui)
-        assert_moved(rest, way)
-    yield from ui.undo()
-    yield from settle(ui)
-    assert_moved(rest, 1.0)
-    assert bpy.data.objects["Bar Cage"].mode == "EDIT"
-    assert (bar().arap.is_live, bar().arap.live_problem) == (True, "")
-    yield from ui.key("TAB")
-    yield from settle(ui)
-    assert_moved(rest, 1.0)
-    assert ui.call(bpy.ops.arap.follow_end, is_kept=False) == {"FINISHED"}
-    yield
-    assert_moved(rest, 0.0)
-    assert not bar().arap.is_live
-    yield from ui.undo()
-    yield from settle(ui)
-    assert_moved(rest, 1.0)
 
 
 def test_making_a_cage_is_shown_and_esc_ends_it(ui: Ui) -> Steps:
@@ -442,62 +398,4 @@ def test_making_a_cage_is_shown_and_esc_ends_it(ui: Ui) -> Steps:
         yield from ui.key("ESC")
         yield from ui.until_no_bar()
     assert list(bpy.data.objects) == objects
-    assert not bar().arap.handles
-
-
-def test_live_waits_for_a_modifier_of_the_cage_that_makes_vertices(ui: Ui) -> Steps:
-    """Subdivision in the cage's Edit Mode: Follow waits and says what to do; without it the mesh follows again."""
-    scenes.add_bar()
-    yield from ui.open_tab()
-    yield from ui.move_mouse_to_view()
-    cage = yield from make_cage(ui)
-    yield from settle(ui)
-    rest = scenes.shown_positions(bar())
-    bpy.ops.object.mode_set(mode="EDIT")
-    modifier = cage.modifiers.new("Subdivision", "SUBSURF")
-    yield
-    yield
-    assert "with its modifiers; switch off the modifier that does it" in ui.live.run_of(bar()).pause
-    yield from ui.screenshot("cage_with_subdivision")
-    modifier.show_viewport = False
-    select_vertices(cage, list(range(len(cage.data.vertices))))
-    yield from move_selected(ui, "X", "1")
-    yield from settle(ui)
-    assert_moved(rest, 1.0)
-
-
-def test_live_waits_for_undo_of_a_vertex_added_to_the_cage(ui: Ui) -> Steps:
-    """Follow waits and says why; Ctrl-Z goes on."""
-    scenes.add_bar()
-    yield from ui.move_mouse_to_view()
-    cage = yield from make_cage(ui)
-    yield from settle(ui)
-    bpy.ops.object.mode_set(mode="EDIT")
-    select_vertices(cage, ring(cage, 4.0))
-    bpy.ops.ed.undo_push(message="selected")
-    with ui.override():
-        bpy.ops.mesh.subdivide("EXEC_DEFAULT", True)
-    yield
-    yield
-    assert "vertices now, but had" in ui.live.run_of(bar()).pause
-    yield from ui.undo()
-    yield from settle(ui)
-    assert (bar().arap.is_live, bar().arap.live_problem) == (True, "")
-
-
-def test_live_bind_of_a_cage_is_shown_and_esc_ends_it(ui: Ui) -> Steps:
-    """Harmonic coordinates take a second: the bar in the view shows how far they are, Esc switches Follow off."""
-    scenes.add_bar()
-    yield from ui.move_mouse_to_view()
-    yield from make_cage(ui)
-    yield from settle(ui)
-    with ui.held_stage():
-        bar().arap.handles[0].coordinates = "harmonic"
-        bar().update_tag()  # as a click in the panel does
-        yield from ui.until_held()
-        yield from ui.until_bar("Preparing")
-        yield from ui.key("ESC")
-        yield from ui.until_no_bar()
-    assert not bar().arap.is_live
-    bar().arap.is_live = True
-    yield from settle(ui)
+    assert not bar().modifiers

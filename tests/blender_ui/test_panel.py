@@ -119,11 +119,10 @@ def draw_creature(ui: Ui) -> Steps:
 
 
 def draw_cage(ui: Ui) -> Steps:
-    """The creature in its cage: made, edited with O, beside a pin, and off."""
-    creature = yield from begin_pull(ui)
+    """The creature in its cage: made, edited with O."""
+    yield from begin_pull(ui)
     look(ui, right=-0.9, up=0.25)
     cage = yield from make_cage(ui)
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
     yield from ui.screenshot("cage_made")
     bpy.ops.object.mode_set(mode="EDIT")
     select_vertices(cage, [v.index for v in cage.data.vertices if v.co.z > 1.4])
@@ -134,11 +133,6 @@ def draw_cage(ui: Ui) -> Steps:
     yield from move_selected(ui, "Y", "-.4")
     yield from ui.screenshot("cage_edited")
     bpy.ops.object.mode_set(mode="OBJECT")
-    ui.api.add_pin(creature, range(40), name="Feet")
-    yield from ui.screenshot("cage_with_a_pin")
-    creature.arap.handles[0].is_enabled = False
-    ui.region("UI").tag_redraw()
-    yield from ui.screenshot("cage_off")
 
 
 def test_search_finds_the_acts(ui: Ui) -> Steps:
@@ -190,12 +184,12 @@ def test_adjust_last_operation_makes_another_cage(ui: Ui) -> Steps:
     assert ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True) == {"FINISHED"}
     yield
     cages = [obj for obj in bpy.data.objects if "Cage" in obj.name]
-    assert [handle.target for handle in bar().arap.handles[1:]] == cages
+    assert [modifier.object for modifier in bar().modifiers] == cages
     assert len(cages) == 1
     assert len(cages[0].data.vertices) < n_vertices
     yield from ui.undo()
     assert ["Cage" in obj.name for obj in bpy.data.objects] == [False, False]
-    assert len(bar().arap.handles) == 1
+    assert not bar().modifiers
 
 
 def add_and_adjust(ui: Ui, add: Any, items: str, mode_after: str = "", **options: object) -> Steps:
@@ -241,13 +235,6 @@ def test_a_new_handle_is_in_hand_and_the_mesh_follows(ui: Ui) -> Steps:
     yield from ui.until(lambda: top_x() > 0.9, "and redo brings it")
     ui.select(bar())
     yield from ui.screenshot("mesh_selected")
-    ui.call(bpy.ops.arap.follow_end, is_kept=False)
-    yield
-    assert abs(top_x()) < 1e-5
-    assert not bar().arap.is_live
-    yield from ui.screenshot("cancelled")
-    yield from ui.undo()
-    yield from ui.until(lambda: bar().arap.is_live and top_x() > 0.9, "undo follows again")
 
 
 def top_x() -> float:

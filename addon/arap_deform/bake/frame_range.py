@@ -25,5 +25,5 @@ def proposed_range(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[int, 
 
 
 def _data_of(mover: bpy.types.Object) -> list[bpy.types.ID]:
-    """What may have an animation; of a cage also its shape keys."""
+    """What may have an animation."""
     return [data for data in (mover, mover.data, getattr(mover.data, "shape_keys", None)) if data]

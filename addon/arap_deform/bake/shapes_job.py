@@ -14,9 +14,9 @@ from ..core import sessions
 from ..core.arrays import Float32s, Floats
 from ..core.background import Background
 from ..core.job import STEP_S
+from ..core.session import Session
 from ..core.session_data import Readout, readout_of_whole
 from ..core.session_input import SessionInput
-from ..core.sessions import AnySession
 from ..follow import mesh
 from ..scene import known, meshes
 from ..scene.inputs import read_input
@@ -49,11 +49,11 @@ class ShapesJob(ABC, Generic[Result]):
         self._is_done = False
         self._parts: list[Readout] = []  # of the shape being solved
         self._matrices: Floats | None = None
-        self._live_session: AnySession | None = None
+        self._live_session: Session | None = None
         self._has_bound = False  # the live session was made here
         self._live_positions: Float32s | None = None
-        self._session: AnySession | None = None
-        self._bind: Background[AnySession] | None = None
+        self._session: Session | None = None
+        self._bind: Background[Session] | None = None
         self.takers: list[Callable[[Float32s], None]] = [self._take]
         """Called with each solved shape, (n, 3). The next solve writes over the array."""
         self.readouts: list[Readout] = []
@@ -170,7 +170,7 @@ class ShapesJob(ABC, Generic[Result]):
     def _begin_bind(self, inputs: SessionInput) -> None:
         self._bind = Background(sessions.build(inputs))
 
-    def _end_bind(self, session: AnySession) -> None:
+    def _end_bind(self, session: Session) -> None:
         if self._session is None:
             self._scene()
             mesh.adopt(self._object(), self._inputs, session)
@@ -181,7 +181,7 @@ class ShapesJob(ABC, Generic[Result]):
             self._session = session
         self._bind = None
 
-    def _take_live(self, session: AnySession) -> None:
+    def _take_live(self, session: Session) -> None:
         self._session = self._live_session = session
         self._live_positions = session.positions.copy()
 
@@ -199,7 +199,7 @@ class ShapesJob(ABC, Generic[Result]):
         if part.stop_reason != "time_limit" or part.iterations >= left:
             self._end_shape(self._session)
 
-    def _end_shape(self, session: AnySession) -> None:
+    def _end_shape(self, session: Session) -> None:
         for take in self.takers:
             take(session.positions)
         self.readouts.append(readout_of_whole(self._parts))

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cages of an object: made around it, or chosen."""
+"""Makes a coarse closed mesh around a mesh, which moves it by Blender's modifier Mesh Deform."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -12,120 +10,70 @@ from ..core import naming, native
 from ..core.arrays import Floats, Ints
 from ..core.background import stage
 from ..core.job import BackgroundJob, run_job
+from ..core.mirror import completed
 from ..core.transforms import SolverSpace
-from ..scene import handle_motion, known, meshes, pose_key
-from ..scene.cages import read
-from ..setup.handle_changes import making, take_over
-from ..setup.handles import all_or_none, new_handle
+from ..scene import known, meshes, pose_key
 from ..setup.made_objects import collection_for_made
-
-if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
 
 CELLS = 5
 """Cubes along the longest side of the mesh: few vertices to move by hand."""
 
 
 class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
-    """A Job that makes a cage, see make_cage(). It holds names, no Blender data."""
+    """A Job that makes a cage, see make_cage(). It holds no Blender data."""
 
     noun = "cage"
     warning = ""
 
-    def __init__(self, obj: bpy.types.Object, cells: int, coordinates: str = "mean_value") -> None:
-        """Begins. Raises ValueError if the object has no mesh of this file."""
+    def __init__(self, obj: bpy.types.Object, cells: int) -> None:
+        """Begins. Raises ValueError if the object has no mesh of this file, or is disabled."""
         meshes.check_mesh(obj)
         meshes.check_local(obj)
         self.uid = known.add(obj)
         self.object_name: str = obj.name  # for messages
-        self._coordinates = coordinates
-        self._space = SolverSpace(meshes.read_stretch(obj, bpy.context.evaluated_depsgraph_get()))
-        shown = self._space.to_solver(pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64))
-        job = native.load().begin_make_cage(shown, *meshes.read_faces(obj.data), cells)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        if reason := meshes.why_not_evaluated(obj, depsgraph):
+            raise ValueError(reason)
+        stretch = meshes.read_stretch(obj, depsgraph)
+        self._space = SolverSpace(stretch)
+        mesh, whole = completed(meshes.read_mesh(obj), meshes.read_mirrors(obj, depsgraph, stretch), stretch)
+        shown = pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
+        shown = self._space.to_solver(shown if whole is None else whole.lifted(shown))
+        job = native.load().begin_make_cage(shown, mesh.corner_vertices, mesh.face_sizes, cells)
         super().__init__(stage(job, f"Making a cage for '{obj.name}' was cancelled; nothing has changed"))
 
     @property
     def status(self) -> str:
         return f"around {self.object_name}, {self.fraction:.0%}"
 
-    def finish(self) -> ArapHandle:
-        """Adds the cage. Raises as add_cage(), or RuntimeError if the object is gone."""
+    def finish(self) -> bpy.types.Object:
+        """Makes the cage and binds the mesh to it. Raises RuntimeError if the object is gone or Blender cannot bind."""
         positions, quads = self._result()
-        obj = self.find_object()
-        cage = _new_object(obj, positions @ self._space.unstretch.T, quads)
-        try:
-            handle = add_cage(obj, cage, self._coordinates)
-        except BaseException:
-            mesh = cage.data
-            bpy.data.objects.remove(cage)
-            bpy.data.meshes.remove(mesh)
-            raise
-        handle.has_made_target = True
-        return handle
-
-    def find_object(self) -> bpy.types.Object:
-        """The mesh. Raises RuntimeError if it is gone."""
         obj = known.find(self.uid)
         if obj is None:
             raise RuntimeError(f"'{self.object_name}' is gone: its cage was not made")
-        return obj
+        cage = _new_object(obj, positions @ self._space.unstretch.T, quads)
+        if not _bind(obj, cage):
+            mesh = cage.data
+            bpy.data.objects.remove(cage)
+            bpy.data.meshes.remove(mesh)
+            raise RuntimeError(f"Blender could not bind '{obj.name}' to its cage: make one with more Cells")
+        return cage
 
 
-def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mean_value") -> ArapHandle:
-    """Makes a coarse closed mesh around the mesh as it is shown, which moves all of it.
+def make_cage(obj: bpy.types.Object, cells: int = CELLS) -> bpy.types.Object:
+    """Makes a coarse closed mesh around the mesh as it is posed, and binds the mesh to it by a modifier Mesh Deform.
 
-    It is a child of the object, in one of the object's enabled collections, drawn as wires and not rendered. Handles
-    and pins rest, and a former cage is switched off.
+    The cage is a child of the object, in one of the object's enabled collections, drawn as wires and not rendered. Its
+    place is locked: Blender takes the mesh along with the vertices of the cage, not with the cage as an object.
 
     Args:
         cells: cubes along the longest side of the mesh, 2 to 50.
-        coordinates: how the mesh hangs on it: "mean_value", "harmonic" or "green".
 
     Returns:
-        Its handle; edit the mesh of its ``target``.
+        The cage.
     """
-    return run_job(CageJob(obj, cells, coordinates))
-
-
-def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "") -> ArapHandle:
-    """Makes a closed mesh object around the mesh move all of it.
-
-    Its present shape is its rest, at which the mesh stays as it is shown; of a cage that the mesh has already, too.
-    Handles and pins rest, and a former cage is switched off.
-
-    Args:
-        cage: triangles and quads. With "mean_value" the mesh may be partly outside.
-        coordinates: as for make_cage(); "": those that it has, or "mean_value".
-
-    Returns:
-        Its handle.
-    """
-    meshes.check_mesh(obj)
-    meshes.check_local(obj)
-    read.flush(cage)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    reason = handle_motion.target_problem(obj, cage, "", depsgraph)
-    reason = reason or read.why_no_cage(obj, cage, depsgraph)
-    if reason:
-        raise ValueError(f"'{obj.name}' cannot take the cage: {reason}")
-    with all_or_none(obj):
-        handle = next((h for h in obj.arap.handles if h.is_cage and h.target == cage), None) or _new(obj, cage)
-        if handle_motion.other_owner(obj, handle) is not None:
-            handle.has_made_target = False  # of the mesh that this is a copy of: now the artist has chosen it
-        if coordinates:
-            handle.coordinates = coordinates
-        take_over(obj, handle)
-    handle.is_enabled = True  # which switches off the others
-    return handle
-
-
-def _new(obj: bpy.types.Object, cage: bpy.types.Object) -> ArapHandle:
-    with making():
-        handle = new_handle(obj, "", cage.name)
-        handle.is_cage = True
-        handle.is_enabled = False  # until its rest is known: a mesh that follows looks at it at any time
-        handle.target = cage
-    return handle
+    return run_job(CageJob(obj, cells))
 
 
 def _new_object(obj: bpy.types.Object, positions: Floats, quads: Ints) -> bpy.types.Object:
@@ -136,6 +84,21 @@ def _new_object(obj: bpy.types.Object, positions: Floats, quads: Ints) -> bpy.ty
     cage.parent = obj
     cage.display_type = "WIRE"
     cage.hide_render = True
+    # Blender takes the mesh along with the vertices of the cage, not with the cage as an object.
+    cage.lock_location = cage.lock_rotation = cage.lock_scale = (True, True, True)
     collection_for_made(obj).objects.link(cage)
     bpy.context.view_layer.update()
     return cage
+
+
+def _bind(obj: bpy.types.Object, cage: bpy.types.Object) -> bool:
+    """Adds the modifier, before all others but a Mirror that completes the mesh. False: it is not bound, and gone."""
+    modifier = obj.modifiers.new(cage.name, "MESH_DEFORM")
+    modifier.object = cage
+    obj.modifiers.move(len(obj.modifiers) - 1, meshes.first_after_mirror(obj))
+    with bpy.context.temp_override(object=obj):
+        bpy.ops.object.meshdeform_bind(modifier=modifier.name)
+    if modifier.is_bound:
+        return True
+    obj.modifiers.remove(modifier)
+    return False

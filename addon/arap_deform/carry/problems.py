@@ -124,7 +124,7 @@ def problem_of(body: bpy.types.Object, follower: ArapFollower) -> str:
 
 
 def _is_handle(body: bpy.types.Object, target: bpy.types.Object) -> bool:
-    """A cage that went along would be moved by what it moves."""
+    """A handle that went along would be moved by what it moves."""
     return any(handle.target == target for handle in body.arap.handles)
 
 

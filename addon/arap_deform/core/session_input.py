@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Float32s, Floats
-from .cages.session import Cage
 from .mirror import Mirror, are_same
 from .session_data import OF_BIND, SessionMesh, SessionSettings
 from .stiffness import StiffGroup
@@ -50,26 +49,9 @@ class BoneHold:
     ends: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class CageHold:
-    """A handle that is a cage: it moves the whole mesh, so it is the only hold.
-
-    Attributes:
-        coordinates: see Cage.
-        rest_id, faces_id: numbers that change with its shape at rest and its faces.
-        shape_id: see GroupHold; of the whole mesh.
-    """
-
-    name: str
-    coordinates: str
-    rest_id: int
-    faces_id: int
-    shape_id: int = 0
-
-
-Hold = GroupHold | BoneHold | CageHold
+Hold = GroupHold | BoneHold
 """What a pin or handle holds. Another kind is another class here, and a branch in hold_of() of scene.inputs and in
-spec_of() there, or if it holds the whole mesh in read_input()."""
+spec_of() there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,8 +99,7 @@ class SessionInput(SceneState):
     """Everything a session needs, read from the scene. Any thread may use it.
 
     Attributes:
-        specs: in the order of ``holds``; none with a cage.
-        cage: what moves the mesh in place of handles.
+        specs: in the order of ``holds``.
         shown: (n, 3) the pose that loose pieces go on from; None: rest.
     """
 
@@ -127,7 +108,6 @@ class SessionInput(SceneState):
     signature: MeshSignature
     stiffness: Floats | None = field(default=None, repr=False)
     rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
-    cage: Cage | None = field(default=None, repr=False)
     shown: Float32s | None = field(default=None, repr=False)
 
 
@@ -141,8 +121,6 @@ def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
         return f"The rest shape of '{new.object_name}' has changed"
     if old.signature.properties != new.signature.properties:
         return f"The stiffness of '{new.object_name}' has changed"
-    if (old.cage or new.cage) and old.holds != new.holds:
-        return f"The cage of '{new.object_name}' has changed"
     return _difference_of_settings(old, new)
 
 

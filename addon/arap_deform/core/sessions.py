@@ -10,23 +10,20 @@ import ctypes
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 from . import native
 from .background import Steps, part
-from .cages.session import CageSession
 from .session import Session
 from .session_data import Readout
 from .session_input import SessionInput, difference_of_bind
-
-AnySession: TypeAlias = Session | CageSession
 
 
 @dataclass
 class Bound:
     """A session and what it was made from."""
 
-    session: AnySession
+    session: Session
     inputs: SessionInput
 
 
@@ -163,16 +160,12 @@ def set_readout(uid: int, value: Readout) -> None:
     _readouts[uid] = value
 
 
-def build(inputs: SessionInput) -> Steps[AnySession]:
+def build(inputs: SessionInput) -> Steps[Session]:
     """Binds and factorizes. Touches no Blender data.
 
     Raises:
-        ValueError: the mesh or its cage cannot be used. RuntimeError: no native module, or the solver failed.
+        ValueError: the mesh cannot be used. RuntimeError: no native module, or the solver failed.
     """
-    if inputs.cage is not None:
-        module, mesh = native.load(), inputs.mesh
-        bind = CageSession.bind(module, mesh, inputs.stretch, inputs.settings, inputs.cage, inputs.mirrors)
-        return (yield from bind)
     binding = Session.bind(
         native.load(),
         inputs.mesh,
@@ -187,7 +180,7 @@ def build(inputs: SessionInput) -> Steps[AnySession]:
     return session
 
 
-def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[AnySession]:
+def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[Session]:
     """build(), or the former session with the handles of ``inputs`` if its bind fits.
 
     Meanwhile the former one is busy, so it must not be the object's live session. It is as it was if this raises or is
@@ -198,7 +191,6 @@ def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[AnySession]:
     """
     if former is None or difference_of_bind(former.inputs, inputs):
         return (yield from build(inputs))
-    if isinstance(former.session, Session):
-        yield from former.session.set_handles(inputs.specs, inputs.shown)
+    yield from former.session.set_handles(inputs.specs, inputs.shown)
     former.session.settings = inputs.settings
     return former.session

@@ -16,7 +16,6 @@ from ..core.carry.probe import probed
 from ..core.transforms import applied_map, has_no_inverse, inverted
 from ..props import hooks
 from ..scene import known, meshes
-from ..scene.cages import saved as cages
 from ..scene.registration import for_each
 from .scene import is_rendering
 
@@ -54,7 +53,6 @@ def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:
             handle.rest_matrix = (0.0,) * 16
             continue
         handle.rest = Matrix(to_now @ np.array(handle.rest, dtype=np.float64))
-        cages.move_rest(handle, to_now)
     if is_flat:
         return
     back = inverted(to_now)

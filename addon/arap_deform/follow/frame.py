@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.arrays import Floats
+from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import Hold, difference, difference_of_scene
-from ..core.sessions import AnySession
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input, read_state
 from . import mesh
@@ -94,7 +94,7 @@ class Frame:
 
 
 def write_pose(
-    obj: bpy.types.Object, key: bpy.types.ShapeKey, session: AnySession, result: Readout, *, is_frame: bool = False
+    obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout, *, is_frame: bool = False
 ) -> None:
     """Writes the session's positions to the key, shows it, and keeps the readout for the panel.
 

@@ -17,14 +17,15 @@ import numpy as np
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
 from ..core.background import Background, Steps
+from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
-from ..core.sessions import AnySession, Bound
+from ..core.sessions import Bound
 from ..scene import known, pose_key, versions
 from ..scene.inputs import counts_of
 
 
-def adopt(obj: bpy.types.Object, inputs: SessionInput, session: AnySession) -> None:
+def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
     """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only.
 
     Raises:
@@ -59,7 +60,7 @@ def sync(obj: bpy.types.Object) -> bool:
     return True
 
 
-def fitting(obj: bpy.types.Object, inputs: SessionInput) -> AnySession | None:
+def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     """The object's live session, brought up to date, if ``inputs`` need no bind and no factorization; else None."""
     bound = sessions.get(obj.session_uid)
     if bound is None or difference(bound.inputs, inputs):
@@ -69,7 +70,7 @@ def fitting(obj: bpy.types.Object, inputs: SessionInput) -> AnySession | None:
     return bound.session
 
 
-def solve_from_rest(session: AnySession, matrices: Floats, **options: Any) -> Readout:
+def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> Readout:
     """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
 
     Args:
@@ -84,14 +85,14 @@ def solve_from_rest(session: AnySession, matrices: Floats, **options: Any) -> Re
         return session.update(matrices, initial_guess="handle_rotations", to_convergence=True, **options)
 
 
-def solving_from_rest(session: AnySession, matrices: Floats) -> Steps[Readout]:
+def solving_from_rest(session: Session, matrices: Floats) -> Steps[Readout]:
     """As solve_from_rest(), in the background. If the work is dropped, the session is as it was."""
     with _from_rest(session):
         return (yield from session.updating(matrices, initial_guess="handle_rotations", to_convergence=True))
 
 
 @contextmanager
-def _from_rest(session: AnySession) -> Iterator[None]:
+def _from_rest(session: Session) -> Iterator[None]:
     """Resets the session; if what follows does not come to its end, the session is as it was."""
     before = session.positions.copy()
     session.reset()
@@ -108,7 +109,7 @@ def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
     return "" if now == before else counts_differ(obj.name, before, now)
 
 
-class SessionBinding(Background[AnySession]):
+class SessionBinding(Background[Session]):
     """Binds a session, or gives the live session other handles if that is enough."""
 
     def __init__(self, obj: bpy.types.Object, inputs: SessionInput, start: Float32s | None = None) -> None:

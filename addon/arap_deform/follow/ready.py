@@ -47,7 +47,7 @@ def check_rendered(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, inputs
 
 
 def _moved(obj: bpy.types.Object, inputs: SessionInput | None) -> Ints | None:
-    """The vertices that handles hold; None if they hold none, as a cage and bones that move what is inside."""
+    """The vertices that handles hold; None if they hold none, as bones that move what is inside."""
     if inputs is None:
         return None
     n_pins = sum(pin.is_enabled for pin in obj.arap.pins)

@@ -7,8 +7,8 @@ import bpy
 
 from ..core import sessions
 from ..core.background import Progress, run
+from ..core.session import Session
 from ..core.session_data import Readout
-from ..core.sessions import AnySession
 from ..scene import meshes
 from ..scene.inputs import read_input
 from . import mesh, ready
@@ -19,7 +19,7 @@ SCRIPT = "a script"  # see sessions.hold()
 
 def prepare_session(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, progress: Progress | None = None
-) -> AnySession:
+) -> Session:
     """As bind(), and the session is kept until end_session()."""
     session = bind(obj, depsgraph or bpy.context.evaluated_depsgraph_get(), progress)
     sessions.hold(obj.session_uid, SCRIPT)
@@ -37,7 +37,7 @@ def end_session(obj: bpy.types.Object) -> None:
     sessions.drop_idle(obj.session_uid)
 
 
-def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None) -> AnySession:
+def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None) -> Session:
     """The object's live session, made, or brought up to date.
 
     A session that fits is kept; changed groups only factorize again; a changed mesh, scale or setting binds again.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from functools import partial
 
 import bpy
@@ -17,14 +18,14 @@ from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_playing, is_rendering
 from ..props import hooks, preferences
-from ..scene import known, meshes, redraw, undo_step
+from ..scene import known, meshes, pose_key, redraw, undo_step
 from ..scene.console import say
 from ..scene.registration import for_each
 from ..ui import waiting
 from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind
 from .run import LiveRun, When
-from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
+from .scene import PAUSING_MODES, SCRIPT_TIME_LIMIT_S, BlenderLiveScene
 
 TIMER_S = 0.02
 LIVE = "Live"  # see sessions.hold()
@@ -77,10 +78,19 @@ def toggled(obj: bpy.types.Object) -> None:
     """The object's toggle was changed, by hand or by a script."""
     obj.arap.live_problem = ""
     if obj.arap.is_live:
+        _make_key(obj)
         _begin(obj)
         obj.update_tag()  # so that the next evaluation, of a script for example, makes the mesh follow
     elif obj.session_uid in _runs:
         _runs.pop(obj.session_uid).end()
+
+
+def _make_key(obj: bpy.types.Object) -> None:
+    """Makes the live key now, so that it belongs to the same step of undo. If it cannot be, Follow says why."""
+    is_ours = obj.type == "MESH" and obj.library is None
+    if is_ours and obj.mode not in PAUSING_MODES and not obj.data.is_editmode:
+        with suppress(ValueError):
+            pose_key.writable(obj)
 
 
 def give_up(obj: bpy.types.Object) -> None:
@@ -99,6 +109,12 @@ def _begin(obj: bpy.types.Object, *, is_waiting: bool = False) -> None:
 def _is_own(obj: bpy.types.Object) -> bool:
     """Whether it may be changed: not an object of a library, nor an override of one."""
     return obj.library is None and not meshes.is_override(obj)
+
+
+def forget(uid: int) -> None:
+    """The object is gone."""
+    if uid in _runs:
+        _runs.pop(uid).end()
 
 
 def _find(objects: Iterable[bpy.types.Object]) -> None:

@@ -19,7 +19,6 @@ from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
 from ..scene import baked, handle_motion, known, meshes, pose_key, shape_keys, undo_step
-from ..scene.cages import read as cages
 from ..scene.console import say
 from ..scene.inputs import read_state
 from ..scene.seen import look
@@ -93,7 +92,7 @@ class BlenderLiveScene(BlenderFollowScene):
             return "Paused: this mesh is disabled, excluded or in another scene"
         if baked.is_shown(obj):
             return "Paused: the bake is shown. Edit Again goes on"
-        lack = cages.why_wait(obj, self._depsgraph()) or shape_keys.why_shared(obj)
+        lack = shape_keys.why_shared(obj)
         return f"Paused: {lack}" if lack else ""
 
     def has_changed(self) -> bool:

@@ -12,7 +12,7 @@ from ..core.naming import counted
 from ..core.session_data import Readout
 from ..follow.act import Ending, PoseAct
 from ..scene import redraw, undo_step
-from ..scene.placing.handles import reset_handles
+from ..scene.movers.placing import reset_handles
 from ..setup.list_operators import why_no_handles
 from ..ui.checks import (
     ArapOperator,
@@ -21,9 +21,6 @@ from ..ui.checks import (
     is_posed,
     posed_object,
     reports_errors,
-    why_baked,
-    why_busy,
-    why_no_mesh,
     why_no_pose,
     why_no_reset,
     why_not_posable,
@@ -33,7 +30,6 @@ from .job_operator import JobOperator
 from .result import apply_pose_as_rest, reset_pose
 from .run import PoseRun
 from .solve import SolveJob, begin_solve, solve, unsettled_text
-from .starts import end_following
 
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 
@@ -128,33 +124,6 @@ class ARAP_OT_pose_end(bpy.types.Operator):
         else:
             act.cancel()
         return {"FINISHED"}
-
-
-def why_not_following(context: bpy.types.Context) -> str:
-    """As why_no_mesh(). Follow must be on, no act may be using the mesh, and no bake may show in place of the pose."""
-    reason = why_no_mesh(context)
-    if reason:
-        return reason
-    obj = posed_object(context)
-    lack = "" if obj.arap.is_live else "Tick Follow first: this mesh does not follow its handles"
-    return why_busy(obj) or why_baked(obj) or lack
-
-
-class ARAP_OT_follow_end(ArapOperator, bpy.types.Operator):
-    bl_idname = "arap.follow_end"
-    bl_label = "End Following"
-    bl_description = "Switch Follow off: keep the pose, or put mesh and handles back to where they were before"
-    why_not = staticmethod(why_not_following)
-    ends_itself = True
-
-    is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
-
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        for name in end_following(obj, is_kept=self.is_kept):
-            self.report(
-                {"WARNING"},
-                f"Cage '{name}' cannot go back, as it has other vertices or shape keys now: press Add Cage again",
-            )
 
 
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):

@@ -15,9 +15,7 @@ from ..core import sessions
 from ..core.arrays import Floats
 from ..core.transforms import inverted
 from ..scene import handle_motion, known, meshes, pose_key, shape_keys, staying
-from ..scene.movers import chain
-from ..scene.placing import cages
-from ..scene.placing import handles as placing
+from ..scene.movers import chain, placing
 from ..setup.handle_changes import take_over
 
 Transforms = dict[tuple[int, str], tuple[Any, ...]]  # channels by uid of object and bone; bone '': the object itself
@@ -33,14 +31,12 @@ class PoseState:
         key: values and slider of the live key.
         transforms: of every object and bone that moves a handle.
         shapes: that pins and handles hold.
-        cages: with their rests, by the numbers of their handles.
     """
 
     uid: int
     key: pose_key.KeyState
     transforms: Transforms
     shapes: staying.Shapes
-    cages: dict[int, cages.CageState]
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -104,10 +100,7 @@ def _set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Non
     for handle in obj.arap.handles:
         if handle_motion.problem_of(obj, handle, depsgraph):
             continue
-        if handle.is_cage:
-            cages.take_over(obj, handle, depsgraph)
-        else:
-            handle.rest = Matrix(inverse @ handle_motion.target_matrix(handle.target, handle.bone, depsgraph))
+        handle.rest = Matrix(inverse @ handle_motion.target_matrix(handle.target, handle.bone, depsgraph))
 
 
 def _follow_new_rest(obj: bpy.types.Object, former: dict[int, Floats]) -> None:
@@ -137,16 +130,13 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
     key, transforms, shapes = pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj)
-    return PoseState(known.add(obj), key, transforms, shapes, cages.capture(obj))
+    return PoseState(known.add(obj), key, transforms, shapes)
 
 
-def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
+def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     """Restores the handles, what pins and handles hold, the live key with its slider, and the session.
 
     Skips objects and bones that are gone. Pins and handles that are new since then hold the mesh as it is shown now.
-
-    Returns:
-        Names of the cages that stay as they are, as they have other vertices or shape keys now.
 
     Raises:
         ValueError: the mesh has another number of vertices; then only pins and handles go back.
@@ -154,7 +144,6 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
     """
     sessions.check_free(obj)
     restore_transforms(state.transforms)
-    stayed = cages.restore(obj, state.cages)
     added = staying.restore_shapes(obj, state.shapes)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.session_uid)
@@ -165,7 +154,6 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> list[str]:
             bound.session.set_positions(state.key.positions)
     if added:
         take_over(obj, *added)
-    return stayed
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:

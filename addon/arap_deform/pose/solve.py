@@ -11,9 +11,10 @@ from ..core import sessions
 from ..core.background import Progress, Steps, part
 from ..core.job import BackgroundJob
 from ..core.naming import counted
+from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
-from ..core.sessions import AnySession, Bound
+from ..core.sessions import Bound
 from ..follow import mesh, ready
 from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
@@ -68,7 +69,7 @@ class SolveJob(BackgroundJob[Readout]):
         ready.check(obj, depsgraph, self._inputs)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.session_uid)
-        self._session: AnySession | None = None
+        self._session: Session | None = None
         sessions.drop(obj.session_uid)  # it is busy now
         sessions.claim(obj, self)
         super().__init__(self._steps())

@@ -17,7 +17,6 @@ from ..core.background import Progress
 from ..core.job import run_job
 from ..follow import ready
 from ..scene import pose_key, shape_keys, versions
-from ..scene.cages.read import check_no_cage
 from . import library
 
 if TYPE_CHECKING:
@@ -36,7 +35,6 @@ class PoseKeysJob(ShapesJob[list[str]]):
         """Checks everything. Arguments and errors as poses_to_keys()."""
         scene = scene or bpy.context.scene
         check_in_scene(obj, scene)
-        check_no_cage(obj)
         self._names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
         if not self._names:
             raise ValueError(f"'{obj.name}' has no stored poses: store one first")

@@ -20,8 +20,7 @@ from ..core.arrays import Floats
 from ..core.patches import diagonal_of
 from ..props import hooks
 from ..scene import handle_motion, meshes
-from ..scene.cages.read import check_no_cage
-from ..scene.placing import handles as placing
+from ..scene.movers import placing
 from . import blend
 
 if TYPE_CHECKING:
@@ -92,7 +91,6 @@ def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = Fal
     """
     meshes.check_mesh(obj)
     meshes.check_local(obj)
-    check_no_cage(obj)
     if not name:
         raise ValueError("The pose needs a name: type one, for example Smile")
     motions = _motions_now(obj)
@@ -128,7 +126,6 @@ def blend_poses(obj: bpy.types.Object, first: PoseRef, second: PoseRef, factor: 
         ValueError: no such pose, or a handle is flat or turned inside out in one of them; no handle has moved.
     """
     meshes.check_mesh(obj)
-    check_no_cage(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     first_motions, first_gone = motions_of(obj, first)
     second_motions, second_gone = motions_of(obj, second)

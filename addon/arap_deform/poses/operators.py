@@ -7,7 +7,6 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ..core.naming import counted
 from ..pose.job_operator import JobOperator
-from ..scene.cages.read import enabled_cage
 from ..ui.checks import (
     ArapOperator,
     is_posed,
@@ -33,20 +32,10 @@ def why_no_library(context: bpy.types.Context) -> str:
     return reason or why_not_object_mode(posed_object(context))
 
 
-def why_poses_rest(obj: bpy.types.Object) -> str:
-    """What a cage has in place of stored poses, '' if none moves the mesh."""
-    if enabled_cage(obj) is None:
-        return ""
-    return (
-        "A cage moves the mesh, and its poses are its own shape keys: add these to the cage, or untick it in the list"
-    )
-
-
 def why_not_storable(context: bpy.types.Context) -> str:
-    """As why_no_library(), and there must be handles that move the mesh."""
+    """As why_no_library(), and there must be handles."""
     lack = "Add a handle first: a pose stores the places of the handles"
-    reason = why_no_library(context) or why_poses_rest(posed_object(context))
-    return reason or ("" if posed_object(context).arap.handles else lack)
+    return why_no_library(context) or ("" if posed_object(context).arap.handles else lack)
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:

@@ -9,7 +9,6 @@ import bpy
 
 from ..ui.checks import posed_object
 from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text
-from .operators import why_poses_rest
 
 
 class ARAP_UL_poses(bpy.types.UIList):
@@ -50,10 +49,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         replace = column.row(align=True)
         replace.enabled = bool(settings.poses)
         replace.operator("arap.poses_store", text="", icon="FILE_REFRESH").is_replacing = True
-        caged = why_poses_rest(posed_object(context))
-        if caged:
-            draw_text(context, layout, f"{caged}.", "INFO")
-        elif not settings.poses:
+        if not settings.poses:
             draw_text(context, layout, "Press + to store the places of the handles.", "INFO")
         row = button_row(context, layout, NARROW_FOR_THREE)
         row.operator("arap.poses_apply", text="Apply")

@@ -17,26 +17,16 @@ from mathutils import Matrix
 
 from ..core.transforms import IDENTITY
 from . import hooks
-from .cage import CageRest, may_be_cage
 from .held_shape import HeldShape
 
 
 def _may_be_target(handle: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
-    return bool(candidate != handle.id_data and (not handle.is_cage or may_be_cage(candidate)))
+    return bool(candidate != handle.id_data)
 
 
 def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     for changed in hooks.handle_changed:
         changed(handle.id_data, handle)
-
-
-def _on_ticked(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    """Only one cage moves a mesh: the one that was ticked last."""
-    if not (handle.is_cage and handle.is_enabled):
-        return
-    for other in handle.id_data.arap.handles:
-        if other.is_cage and other.is_enabled and other != handle:
-            other.is_enabled = False
 
 
 def _on_handle_renamed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -72,11 +62,8 @@ class ArapPin(HeldShape, bpy.types.PropertyGroup):
     )
 
 
-class ArapHandle(CageRest, HeldShape, bpy.types.PropertyGroup):
-    """A vertex group that follows an object or a bone; or, without a group, what its bone passes through.
-
-    Or a cage: a closed mesh around the whole mesh, that moves all of it.
-    """
+class ArapHandle(HeldShape, bpy.types.PropertyGroup):
+    """A vertex group that follows an object or a bone; or, without a group, what its bone passes through."""
 
     name: StringProperty(
         name="Name",
@@ -85,17 +72,13 @@ class ArapHandle(CageRest, HeldShape, bpy.types.PropertyGroup):
     )
     is_enabled: BoolProperty(
         name="Enabled",
-        description="The group follows. Off: its vertices are free. A cage: it moves the whole mesh. Off: handles do",
+        description="The group follows. Off: its vertices are free",
         default=True,
-        update=_on_ticked,
     )
     target: PointerProperty(
         type=bpy.types.Object,
         name="Object",
-        description=(
-            "The object that moves the group: an empty, any other object, or an armature with a bone. "
-            "Of a cage: a closed mesh around the mesh"
-        ),
+        description="The object that moves the group: an empty, any other object, or an armature with a bone",
         poll=_may_be_target,
         update=_on_target_changed,
     )

@@ -398,9 +398,6 @@ class ArapObject(bpy.types.PropertyGroup):
         name="Follow Problem", description="Why Follow switched itself off", options={"HIDDEN"}
     )
 
-    follow_start: IntProperty(
-        options={"HIDDEN"}, description="Number of the state of the scene when Follow was switched on; 0: it never was"
-    )
     pose_act: IntProperty(
         options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"
     )

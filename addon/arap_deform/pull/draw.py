@@ -16,7 +16,7 @@ from ..props.bounds import bounded
 from ..scene import meshes
 from ..ui import batches
 from ..ui.batches import Color
-from ..ui.checks import find_drawn_object, find_posed_object, why_caged
+from ..ui.checks import find_drawn_object, find_posed_object
 from . import seen_mesh
 from .drag import Mode
 from .run import runs
@@ -60,7 +60,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
     is_pulled = obj is not None and obj.session_uid in {r.scene.uid for r in runs}
-    if obj is not None and obj.mode == "OBJECT" and not is_pulled and not why_caged(obj):
+    if obj is not None and obj.mode == "OBJECT" and not is_pulled:
         view = seen_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
         if pick is not None:

@@ -15,7 +15,6 @@ from ..core.session_input import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, inverted, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
-from ..scene.cages.read import check_no_cage
 from ..scene.inputs import read_input
 from ..scene.seen.look import look
 from . import pins, seen_mesh
@@ -92,7 +91,6 @@ def begin_pull(
         ValueError: as read_input(), but pins and handles may be missing; the key would not show the pose; or a pin
             or handle holds one of ``grabs``.
     """
-    check_no_cage(obj)
     inputs = read_input(obj, depsgraph, needs_holds=False)
     key = pose_key.find(obj)
     if key is not None:

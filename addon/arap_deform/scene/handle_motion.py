@@ -14,7 +14,6 @@ from ..core import naming
 from ..core.arrays import Floats
 from ..core.transforms import inverted, transformed
 from . import meshes
-from .cages import read as cages
 from .movers import still
 from .movers.twice import why_twice
 
@@ -29,8 +28,7 @@ SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below,
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
     """(h, 4, 4) float64 object-space motion of each enabled pin (identity), then of each enabled handle.
 
-    (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles. If a cage
-    moves the mesh: (c, 3) float64 the positions of its vertices, object space of the mesh.
+    (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles.
 
     Raises:
         ValueError: a handle's object, bone or group is missing, or its object is not kept up to date by Blender.
@@ -42,9 +40,6 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
 def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats) -> NDArray[np.float64]:
     """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
     check_handles(obj, depsgraph)
-    cage = cages.enabled_cage(obj)
-    if cage is not None:
-        return cages.positions_now(cage, depsgraph, world)
     n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
     handles = [handle for handle in obj.arap.handles if handle.is_enabled]
     result = np.tile(np.eye(4), (n_pins + len(handles), 1, 1))
@@ -70,15 +65,9 @@ def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None
 
 
 def problems(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Why enabled pins and handles, or the object itself, cannot work: a sentence each. With a cage the others rest."""
-    if not meshes.is_evaluated(obj, depsgraph):
-        return [
-            f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
-        ]
-    cage = cages.enabled_cage(obj)
-    if cage is not None:
-        reason = problem_of(obj, cage, depsgraph)
-        return [reason] if reason else []
+    """Why enabled pins and handles, or the object itself, cannot work: a sentence each."""
+    if reason := meshes.why_not_evaluated(obj, depsgraph):
+        return [reason]
     of_pins = [
         f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
         for pin in obj.arap.pins
@@ -93,14 +82,13 @@ def problem_of(
     obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph, made: Made | None = None
 ) -> str:
     """Why a handle cannot work, one sentence; '' if it can. ``made``: see other_owner()."""
-    whose = f"{'Cage' if handle.is_cage else 'Handle'} '{handle.name}' of '{obj.name}': "
-    made_as = ("cage" if handle.is_cage else "empty") if handle.has_made_target else ""
-    reason = target_problem(obj, handle.target, handle.bone, depsgraph, made_as)
+    whose = f"Handle '{handle.name}' of '{obj.name}': "
+    reason = target_problem(obj, handle.target, handle.bone, depsgraph, is_made=handle.has_made_target)
     if reason:
         return whose + reason
     owner = other_owner(obj, handle, made)
     if owner is not None:
-        return f"{whose}its {made_as} belongs to '{owner.name}', of which this is a copy; press Copy Handles"
+        return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
         return (
             f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
@@ -110,9 +98,6 @@ def problem_of(
         return f"{whose}its rest place is not a finite one; choose '{handle.target.name}' again"
     if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
         return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
-    if handle.is_cage:
-        reason = cages.problem_of(obj, handle, depsgraph)
-        return whose + reason if reason else ""
     if handle.is_bone_alone:
         if obj.arap.model == "solid":
             return ""
@@ -165,9 +150,10 @@ def target_problem(
     target: bpy.types.Object | None,
     bone: str,
     depsgraph: bpy.types.Depsgraph,
-    made_as: str = "",
+    *,
+    is_made: bool = False,
 ) -> str:
-    """Why an object, or its bone, cannot be that of a handle. ``made_as``: what the add-on made it as, if it did."""
+    """Why an object, or its bone, cannot be that of a handle. ``is_made``: the add-on has made it."""
     if target is None:
         return "it has no object; choose one or remove the handle"
     if target == obj:
@@ -176,8 +162,8 @@ def target_problem(
         return reason
     if not meshes.is_evaluated(target, depsgraph):
         if depsgraph.scene.objects.get(target.name) != target:
-            if made_as:
-                return f"its {made_as} is not in the scene; press Copy Handles or remove the handle"
+            if is_made:
+                return "its empty is not in the scene; press Copy Handles or remove the handle"
             return f"'{target.name}' is not in the scene; choose another object or remove the handle"
         return (
             f"'{target.name}' is disabled in viewports or excluded from the view layer, so it does not move; "

@@ -12,13 +12,12 @@ import numpy as np
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.session_input import BoneHold, CageHold, Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
+from ..core.session_input import BoneHold, Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec, Segment
 from ..props import preferences
 from ..props.bounds import all_bounded, bounded
 from . import handle_motion, meshes, pose_key, shape_keys
-from .cages import read as cages
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle, ArapPin
@@ -61,7 +60,6 @@ def spec_of(entry: ArapPin | ArapHandle, weights: Mapping[str, Floats], rest: Fl
     if isinstance(hold, BoneHold):
         ends = np.array(hold.ends).reshape(2, 3)
         return HandleSpec(hold.name, np.empty(0, dtype=np.int32), np.empty(0), segment=Segment(ends))
-    assert isinstance(hold, GroupHold)  # a cage holds no vertices: it moves all
     of_vertices = weights[hold.group]
     vertices = np.flatnonzero(of_vertices > 0.0).astype(np.int32)
     moved, offsets, n = entry.shape
@@ -124,10 +122,6 @@ def read_input(
     state = read_state(obj, depsgraph, stretch, pose_key.name_of(obj), mesh.rest_positions)
     if found := problems_of(obj, depsgraph, needs_holds=needs_holds):
         raise ValueError(naming.sentences(found))
-    cage = cages.enabled_cage(obj)
-    if cage is not None:
-        around = cages.cage_of(cage, mesh.rest_positions)
-        return SessionInput(**vars(state), mesh=mesh, specs=(), signature=MeshSignature.of(mesh, ()), cage=around)
     wanted = sorted({*groups_of(state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     if found := _unweighted(obj, weights):
@@ -157,9 +151,7 @@ def problems_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, needs_
     found += handle_motion.problems(obj, depsgraph)
     if needs_holds and not enabled_entries(obj):
         found.append(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
-    if cages.enabled_cage(obj) is None:
-        found += _stiffness_problems(obj)
-    return found
+    return found + _stiffness_problems(obj)
 
 
 def _reason_of(check: Callable[[bpy.types.Object], None], obj: bpy.types.Object) -> str:
@@ -172,7 +164,7 @@ def _reason_of(check: Callable[[bpy.types.Object], None], obj: bpy.types.Object)
 
 def _unweighted(obj: bpy.types.Object, weights: dict[str, Floats]) -> list[str]:
     """Of each enabled handle whose group has no weights, a sentence that says so."""
-    with_group = (h for h in obj.arap.handles if h.is_enabled and not (h.is_bone_alone or h.is_cage))
+    with_group = (h for h in obj.arap.handles if h.is_enabled and not h.is_bone_alone)
     return [handle_motion.no_weights(obj, handle) for handle in with_group if not weights[handle.vertex_group].any()]
 
 
@@ -183,18 +175,13 @@ def counts_of(obj: bpy.types.Object) -> Counts:
 
 
 def enabled_entries(obj: bpy.types.Object) -> list[ArapPin | ArapHandle]:
-    """The enabled pins, then the enabled handles: the order of the session's handles. A cage alone if there is one."""
-    cage = cages.enabled_cage(obj)
-    if cage is not None:
-        return [cage]
+    """The enabled pins, then the enabled handles: the order of the session's handles."""
     return [entry for entry in (*obj.arap.pins, *obj.arap.handles) if entry.is_enabled]
 
 
 def hold_of(entry: ArapPin | ArapHandle) -> Hold:
     if not hasattr(entry, "vertex_group"):
         return GroupHold(entry.name, shape_id=entry.shape_id)
-    if entry.is_cage:
-        return cages.hold_of(entry)
     if entry.is_bone_alone:
         return BoneHold(entry.name, tuple(handle_motion.bone_ends(entry).ravel().tolist()))
     return GroupHold(entry.vertex_group, entry.is_exact, bounded(entry, "reach"), entry.shape_id)
@@ -206,10 +193,8 @@ def groups_of(holds: Iterable[Hold]) -> set[str]:
 
 
 def has_group(obj: bpy.types.Object, entry: ArapPin | ArapHandle) -> bool:
-    """Whether what an entry holds is there: its vertex group, or its bone without one. A cage holds no part."""
+    """Whether what an entry holds is there: its vertex group, or its bone without one."""
     hold = hold_of(entry)
-    if isinstance(hold, CageHold):
-        return False
     return isinstance(hold, BoneHold) or hold.group in obj.vertex_groups
 
 

@@ -131,6 +131,13 @@ def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
     return any(collection in enabled for collection in obj.users_collection)
 
 
+def why_not_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
+    """What to do about a mesh that is not is_evaluated(), '' if it is."""
+    if is_evaluated(obj, depsgraph):
+        return ""
+    return f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
+
+
 def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.Collection]:
     """The collections below ``layer``, and itself, whose objects Blender evaluates in its view layer."""
     if not layer.exclude and not layer.collection.hide_viewport:
@@ -168,10 +175,22 @@ def read_mirrors(
     return used_mirrors(mirrors, read_rest(obj) if rest is None else rest, stretch) if mirrors else ()
 
 
-def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[Mirror]:
-    """The planes of the first Mirror modifier that is on, if it merges the halves or clips them."""
+def first_after_mirror(obj: bpy.types.Object) -> int:
+    """Index of the modifier after the Mirror of read_mirrors(), 0 if there is none."""
+    modifier = _mirror_of(obj)
+    return 0 if modifier is None else obj.modifiers.find(modifier.name) + 1
+
+
+def _mirror_of(obj: bpy.types.Object) -> bpy.types.MirrorModifier | None:
+    """The first Mirror modifier that is on, if it merges the halves or clips them."""
     modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and is_switched_on(m)), None)
-    if modifier is None or not (modifier.use_mirror_merge or modifier.use_clip):
+    return modifier if modifier is not None and (modifier.use_mirror_merge or modifier.use_clip) else None
+
+
+def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[Mirror]:
+    """The planes of _mirror_of()."""
+    modifier = _mirror_of(obj)
+    if modifier is None:
         return []
     centre, size = np.eye(4), 0.0
     if modifier.mirror_object is not None:

@@ -24,8 +24,6 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
         RuntimeError: the native module cannot be used.
     """
     inputs = read_input(obj, depsgraph)
-    if inputs.cage is not None:
-        return np.zeros(0, dtype=np.int32), 0  # it moves all
     if any(spec.segment is not None for spec in inputs.specs):
         return _beside_bones(obj)
     mesh, whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)

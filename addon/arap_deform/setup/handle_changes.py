@@ -17,7 +17,6 @@ from ..props import hooks
 from ..scene import groups, handle_motion, pose_key, staying
 from ..scene.held import HeldMesh, fit
 from ..scene.inputs import has_group
-from ..scene.placing import cages
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -48,23 +47,16 @@ def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
         return
     depsgraph = staying.evaluated_within(obj)
     use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
-    for entry in entries:
-        if hasattr(entry, "target") and entry.is_cage and not _lack_of_target(obj, entry, depsgraph):
-            cages.take_over(obj, entry, depsgraph)
     whole = [entry for entry in entries if not _lack_of(obj, entry, depsgraph)]
     _set_rests(obj, [entry for entry in whole if hasattr(entry, "target")], depsgraph, use_nodes)
     staying.stay(obj, depsgraph, *whole, use_nodes=use_nodes)
 
 
 def _lack_of(obj: bpy.types.Object, entry: Entry, depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether its group or its object is missing. A cage has no group."""
-    if hasattr(entry, "target") and _lack_of_target(obj, entry, depsgraph):
+    """Whether its group or its object is missing."""
+    if hasattr(entry, "target") and handle_motion.target_problem(obj, entry.target, entry.bone, depsgraph):
         return True
     return not has_group(obj, entry)
-
-
-def _lack_of_target(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> bool:
-    return bool(handle_motion.target_problem(obj, handle.target, handle.bone, depsgraph))
 
 
 def _set_rests(

@@ -13,7 +13,7 @@ from .made_objects import collection_for_made
 
 
 def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
-    """Copies the empties and cages of the original, with their animation, to the same places on this mesh.
+    """Copies the empties of the original, with their animation, to the same places on this mesh.
 
     Empties of its own that are in no scene, as if they were deleted, are put into that of the mesh.
 
@@ -48,14 +48,11 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def _copied(target: bpy.types.Object) -> bpy.types.Object:
-    """With an animation, and if it is a cage a mesh, of its own."""
+    """With an animation of its own. An image that it shows both may show."""
     twin = target.copy()
-    if twin.type == "MESH":  # an empty may show an image, which both may show
-        twin.data = twin.data.copy()
-    for data in (twin, getattr(twin.data, "shape_keys", None)):
-        animation = data.animation_data if data else None
-        if animation is not None and animation.action is not None:
-            animation.action = animation.action.copy()
+    animation = twin.animation_data
+    if animation is not None and animation.action is not None:
+        animation.action = animation.action.copy()
     return twin
 
 

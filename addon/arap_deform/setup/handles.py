@@ -173,7 +173,7 @@ def new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
-    """Removes a handle, and the vertex group and the empty or cage made for it if nothing else uses them."""
+    """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
     handle = HANDLES.at(obj, index)
     target = handle.target if handle.has_made_target else None
     if target is not None and target.mode != "OBJECT":

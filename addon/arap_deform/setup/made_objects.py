@@ -53,13 +53,9 @@ def resize_empty(obj: bpy.types.Object, handle: ArapHandle) -> None:
 
 
 def remove_unused(target: bpy.types.Object) -> None:
-    """Removes an object that was made for a handle, and its mesh, if nothing else uses them."""
-    if _is_used(target):
-        return
-    mesh = target.data if target.type == "MESH" else None  # of a cage; an empty may show an image of the artist's
-    bpy.data.objects.remove(target)
-    if mesh is not None and not mesh.users:
-        bpy.data.meshes.remove(mesh)
+    """Removes an empty that was made for a handle, if nothing else uses it."""
+    if not _is_used(target):
+        bpy.data.objects.remove(target)
 
 
 def _is_used(target: bpy.types.Object) -> bool:

@@ -8,7 +8,6 @@ from typing import Any
 import bpy
 
 from ..scene import remembered
-from ..scene.cages.read import enabled_cage
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text, is_following, split_column
@@ -39,16 +38,12 @@ class _List:
         row = layout.row(align=True)
         row.prop(entry, "is_enabled", text="")
         rest = row.row(align=True)
-        rest.active = entry.is_enabled and not self.is_resting(obj, entry)
+        rest.active = entry.is_enabled
         self.draw_entry(rest, obj, entry, index)
 
     def entry_of(self, _obj: bpy.types.Object, item: Any, _index: int) -> Any | None:
         """What a row stands for, None if it is gone."""
         return item
-
-    def is_resting(self, _obj: bpy.types.Object, _entry: Any) -> bool:
-        """Whether it does nothing now, though it is ticked."""
-        return False
 
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
         raise NotImplementedError
@@ -60,14 +55,11 @@ class ARAP_UL_rows(_List, bpy.types.UIList):
     def entry_of(self, obj: bpy.types.Object, _item: Any, index: int) -> Any | None:
         return entry_at(obj, index)
 
-    def is_resting(self, obj: bpy.types.Object, entry: Any) -> bool:
-        return enabled_cage(obj) not in {None, entry}
-
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
         if index >= len(obj.arap.handles):
             _draw_group_name(row, obj, entry.name, "PINNED")
             return
-        row.prop(entry, "name", text="", emboss=False, icon=_icon_of(entry))
+        row.prop(entry, "name", text="", emboss=False, icon="BONE_DATA" if entry.bone else "EMPTY_AXIS")
         if _handle_problem(obj, index):
             row.label(text="", icon="ERROR")
 
@@ -94,11 +86,7 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         kind, index = chosen(obj) or (None, 0)
         if kind is HANDLES:
-            handle = obj.arap.handles[index]
-            if handle.is_cage:
-                _draw_cage(layout, handle)
-            else:
-                _draw_handle(context, layout, obj, handle)
+            _draw_handle(context, layout, obj, obj.arap.handles[index])
             problem = _handle_problem(obj, index)
             if problem:
                 draw_text(context, layout, problem, "ERROR")
@@ -109,8 +97,6 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
         column.operator("arap.bones_add", icon="BONE_DATA")
-        column.operator("arap.cage_make", icon="MESH_CUBE")
-        column.operator("arap.cage_add", icon="MOD_MESHDEFORM")
 
 
 class ARAP_UL_stiffness(_List, bpy.types.UIList):
@@ -168,24 +154,10 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
     _draw_group_buttons(context, layout, obj, handle.vertex_group)
 
 
-def _draw_cage(layout: bpy.types.UILayout, handle: Any) -> None:
-    column = split_column(layout)
-    column.prop(handle, "target", text="Cage")
-    column.prop(handle, "coordinates")
-
-
-def _icon_of(handle: Any) -> str:
-    if handle.is_cage:
-        return "MOD_MESHDEFORM"
-    return "BONE_DATA" if handle.bone else "EMPTY_AXIS"
-
-
 def _handle_problem(obj: bpy.types.Object, index: int) -> str:
     """Why an enabled handle cannot work, '' if it can."""
     handle = obj.arap.handles[index]
-    if not handle.is_enabled or enabled_cage(obj) not in {None, handle}:
-        return ""
-    return handle_problem(obj, index, with_weights=not is_following(obj))
+    return handle_problem(obj, index, with_weights=not is_following(obj)) if handle.is_enabled else ""
 
 
 def _draw_group_name(layout: bpy.types.UILayout, obj: bpy.types.Object, group: str, icon: str) -> None:

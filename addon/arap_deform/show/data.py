@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.arrays import Float32s
-from ..core.session import Session
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes, pose_key, versions
-from ..scene.cages.read import enabled_cage
 from .strain import EdgeStrain, colors_of
 
 
@@ -75,16 +73,14 @@ def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
 def cube_edges(obj: bpy.types.Object) -> Float32s:
     """(2 e, 3) float32, object space: of its live session's lattice; none without one, or while it is at work."""
     bound = sessions.get(obj.session_uid)
-    if bound is not None and isinstance(bound.session, Session):
+    if bound is not None:
         with suppress(RuntimeError):
             return bound.session.cube_edges()
     return np.empty((0, 3), dtype=np.float32)
 
 
 def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:
-    """(2 h, 3) float32, world space: the place at rest and now of each enabled handle that works; none with a cage."""
-    if enabled_cage(obj) is not None:
-        return np.zeros((0, 3), dtype=np.float32)
+    """(2 h, 3) float32, world space: the place at rest and now of each enabled handle that works."""
     matrix = meshes.read_matrix(obj, depsgraph)
     ends = []
     for handle in obj.arap.handles:

@@ -7,9 +7,7 @@ import bpy
 
 from ..core import sessions
 from ..core.naming import counted
-from ..core.session import Session
 from ..scene import meshes, remembered, versions
-from ..scene.cages.read import enabled_cage
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, draw_text, split_column
@@ -35,8 +33,6 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         key_name = column.row()
         key_name.enabled = not sessions.claimed_by(obj.session_uid)  # the act is writing to that key
         key_name.prop(settings, "key_name")
-        if enabled_cage(obj) is not None:
-            return  # the rest is for handles
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
             _whole_row(column).prop(settings, "keep_volume", slider=True)
@@ -60,9 +56,7 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        if obj is None or enabled_cage(obj) is not None:  # there is nothing to iterate
-            return False
-        return sessions.readout(obj.session_uid) is not None
+        return obj is not None and sessions.readout(obj.session_uid) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         readout = sessions.readout(posed_object(context).session_uid)
@@ -81,7 +75,7 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
 def _draw_inside(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """What a solid makes of parts that are open or thin, once that is known."""
     bound = sessions.get(obj.session_uid)
-    if bound is None or not isinstance(bound.session, Session):
+    if bound is None:
         return
     if not bound.session.has_inside:
         draw_text(context, layout, "This mesh has no inside: Surface bends it better", "INFO")

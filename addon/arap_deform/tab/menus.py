@@ -30,8 +30,6 @@ class ARAP_MT_main(bpy.types.Menu):
         obj = find_posed_object(context)
         if obj is not None:
             draw_follow(context, layout, obj)
-        layout.operator("arap.follow_end", text="Keep", icon="CHECKMARK").is_kept = True
-        layout.operator("arap.follow_end", text="Cancel", icon="X").is_kept = False
         layout.operator("arap.solve", icon="FILE_REFRESH")
         layout.separator()
         layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
@@ -43,8 +41,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")
         layout.operator("arap.handle_add_from_empties")
         layout.operator("arap.bones_add", icon="BONE_DATA")
-        layout.operator("arap.cage_make", icon="MESH_CUBE")
-        layout.operator("arap.cage_add", icon="MOD_MESHDEFORM")
+        layout.operator("arap.cage_make", icon="MOD_MESHDEFORM")
         layout.operator("arap.handles_copy")
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 
@@ -14,7 +13,6 @@ from ..follow.act import Phase, PoseAct
 from ..live import runs
 from ..pull import tool
 from ..scene import remembered
-from ..scene.cages.read import enabled_cage
 from ..scene.seen import look
 from ..setup.bone_operators import selected_armatures
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
@@ -85,9 +83,6 @@ def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
 
 
 def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
-    cage = enabled_cage(obj)
-    if not obj.arap.is_live and cage is not None:
-        return Step("Tick Follow, then edit the cage: the mesh follows.")
     if not obj.arap.is_live and obj.arap.pull_pins:
         return Step("Make Handles (Ctrl H) keeps what you pulled. Then tick Follow.")
     if not obj.arap.is_live:
@@ -97,8 +92,6 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
         return Step(run.pause, "PAUSE")
     if run is not None and run.is_binding:
         return Step("Preparing", fraction=run.bind_fraction)
-    if cage is not None:
-        return _with_cage(context, cage)
     if len(obj.arap.handles) == 1 and not obj.arap.pins:
         return Step("Nothing holds the mesh. Add Pin in Edit Mode does.")
     moving = [h for h in obj.arap.handles if h.is_enabled and context.object is not None and h.target == context.object]
@@ -109,11 +102,3 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
     if obj.select_get():
         return Step("Click a handle in the list. Now G would move the whole object.")
     return Step("Click a handle in the list, then press G.")
-
-
-def _with_cage(context: bpy.types.Context, cage: Any) -> Step:
-    if cage.target is None or context.object != cage.target:
-        return Step("Click the cage in the list, then Tab edits it.")
-    if context.mode != "EDIT_MESH":
-        return Step("Tab edits the cage. G, R, S move all of it.")
-    return Step("Move vertices of the cage: G. With O its surroundings go along.", "REC")

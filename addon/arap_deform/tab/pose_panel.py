@@ -9,10 +9,8 @@ from ..carry.bodies import body_of
 from ..core import sessions
 from ..core.naming import listed
 from ..live import runs
-from ..pose.starts import has_start
 from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered
-from ..scene.cages.read import enabled_cage
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_not_live
@@ -73,13 +71,10 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
 def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     column = layout.column(align=True)
     draw_follow(context, column, obj)
-    pair = button_row(context, column)
-    pair.enabled = (obj.arap.is_live or is_posed(obj)) and not why_baked(obj)
-    end = "arap.pose_end" if is_posed(obj) else "arap.follow_end"
-    pair.operator(end, text="Keep", icon="CHECKMARK").is_kept = True
-    cancel = pair.row(align=True)
-    cancel.enabled = is_posed(obj) or has_start(obj)
-    cancel.operator(end, text="Cancel", icon="X").is_kept = False
+    if is_posed(obj):
+        pair = button_row(context, column)
+        pair.operator("arap.pose_end", text="Keep", icon="CHECKMARK").is_kept = True
+        pair.operator("arap.pose_end", text="Cancel", icon="X").is_kept = False
     layout.menu("ARAP_MT_reset", icon="LOOP_BACK")
 
 
@@ -92,8 +87,6 @@ def draw_follow(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
 
 def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """What is seldom there: so nothing of the tab is below it."""
-    if enabled_cage(obj) is not None and len(obj.arap.rows) > 1:
-        draw_text(context, layout, "The cage moves the whole mesh. Handles and pins rest meanwhile.", "INFO")
     if obj.arap.is_live and runs.render_notice():
         draw_text(context, layout, runs.render_notice(), "ERROR")
     readout = sessions.readout(obj.session_uid)

@@ -13,7 +13,6 @@ from ..core import native, sessions
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
 from ..scene import baked, known, meshes, pose_key, remembered
-from ..scene.cages.read import enabled_cage, is_cage_of
 
 Execute = Callable[..., set[str]]
 
@@ -29,8 +28,8 @@ def posed_object(context: bpy.types.Context) -> bpy.types.Object:
 def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The mesh that panels and operators work on, None if there is none.
 
-    The first of: the active mesh, unless it is only a cage, or a handle of a mesh that is being posed; the mesh that
-    the active object moves, so the panel stays when a cage, an empty or an armature is picked, or that it goes along
+    The first of: the active mesh, unless it is a handle of a mesh that is being posed; the mesh that
+    the active object moves, so the panel stays when an empty or an armature is picked, or that it goes along
     with, if it is a curve; the only mesh that is being posed; the only selected mesh.
     """
     obj = _find(context)
@@ -45,9 +44,6 @@ def _find(context: bpy.types.Context) -> bpy.types.Object | None:
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
-        owner = remembered.owner_of(context.view_layer, active)
-        if owner is not None and is_cage_of(active, owner):
-            return owner
         return next((obj for obj in posed if remembered.is_moved_by(obj, active)), active)
     if active is not None:
         for obj in (*posed, active.parent):
@@ -165,11 +161,6 @@ def why_baked(obj: bpy.types.Object) -> str:
     return "The animation is baked: press Edit Again to pose the mesh" if baked.is_shown(obj) else ""
 
 
-def why_caged(obj: bpy.types.Object) -> str:
-    """How to go on with handles or a pull, '' if no cage moves the mesh."""
-    return "A cage moves the mesh: untick it in the list first" if enabled_cage(obj) is not None else ""
-
-
 def why_not_live(context: bpy.types.Context) -> str:
     """As why_no_mesh(). There must be a solver, and a handle."""
     return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
@@ -198,7 +189,7 @@ def why_not_pullable(context: bpy.types.Context, obj: bpy.types.Object | None = 
         obj = find_posed_object(context)
     if obj is None:
         return why_no_mesh(context)
-    reason = why_not_local(obj) or _why_not_idle(obj) or native.problem() or why_baked(obj) or why_caged(obj)
+    reason = why_not_local(obj) or _why_not_idle(obj) or native.problem() or why_baked(obj)
     if reason:
         return reason
     space = context.space_data

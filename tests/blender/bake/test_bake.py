@@ -181,16 +181,6 @@ class EditAgainTest(SceneTest):
         self.assertFalse(any(obj.data.shape_keys.key_blocks[name].mute for name in names))
         self.assert_posable(False)
 
-    def test_nothing_is_kept_or_cancelled_while_the_bake_shows(self):
-        self.obj.arap.is_live = True
-        self.assertTrue(bpy.ops.arap.follow_end.poll())
-        self.api.bake_animation(self.obj, 1, 2)
-        self.assertFalse(bpy.ops.arap.follow_end.poll())
-        with self.assertRaisesRegex(RuntimeError, "press Edit Again to pose the mesh"):
-            bpy.ops.arap.follow_end()
-        bpy.ops.arap.edit_again()
-        self.assertTrue(bpy.ops.arap.follow_end.poll())
-
     def test_a_bake_with_another_prefix_mutes_the_former(self):
         first = self.api.bake_animation(self.obj, 1, 21, 10, prefix="One_")
         self.scene.frame_set(21)

@@ -93,13 +93,6 @@ class AppliedTest(SceneTest):
         self.api.solve(obj)
         self.assert_stays(obj, SCALE)  # turned, the mesh would have other cubes
 
-    def test_a_cage(self):
-        obj = posable(matrix=PLACED)
-        cage = self.api.make_cage(obj).target
-        move(cage, (0.0, 0.5, 0.3))
-        self.api.solve(obj)
-        self.assert_stays(obj)
-
     def test_stored_poses(self):
         obj = solved(matrix=PLACED)
         before = world_of(obj)

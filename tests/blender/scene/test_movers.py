@@ -241,20 +241,6 @@ class MoversTest(SceneTest):
         constraint.chain_count = 1
         self.assert_moves(obj)
 
-    def test_a_cage_whose_shape_does_not_move(self):
-        obj = mesh_object()
-        cage = self.api.make_cage(obj).target
-        cage.shape_key_add(name="Basis")
-        cage.shape_key_add(name="Fat")
-        driven(cage.data.shape_keys, 'key_blocks["Fat"].value')
-        with self.assertRaisesRegex(ValueError, r"^Cage 'Tube Cage' of 'Tube' does not move .* needs Python"):
-            self.assert_moves(obj)
-        cage.data.shape_keys.driver_remove('key_blocks["Fat"].value')
-        self.assert_moves(obj)
-        cage.modifiers.new("Hook", "HOOK").object = empty_at((0.0, 0.0, 0.0), "Control")
-        driven(bpy.data.objects["Control"], "location", 0)
-        self.assertRaises(ValueError, self.assert_moves, obj)
-
     def test_what_moves_handles_is_found_through_every_constraint_and_driver(self):
         rig, obj = armature(), posable()
         names = ["Pole", "Goal", "Read", "Above"]

@@ -36,11 +36,9 @@ class Part(NamedTuple):
     name: str = ""
 
 
-def parts_of(entry: ArapHandle) -> list[Part]:
+def place_of(entry: ArapHandle) -> Part:
     """What the motion of a handle with an object is read from."""
-    if entry.is_cage:
-        return [Part(entry.target, PLACE), Part(entry.target, SHAPE)]
-    return [_place_of(entry.target, entry.bone)]
+    return _place_of(entry.target, entry.bone)
 
 
 def movers(obj: bpy.types.Object, entries: Iterable[ArapPin | ArapHandle]) -> list[bpy.types.Object]:

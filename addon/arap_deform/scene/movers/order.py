@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 
 import bpy
 
-from .chain import PLACE, SHAPE, Chain, Part, parts_of
+from .chain import PLACE, SHAPE, Chain, Part, place_of
 from .still import handles_of
 
 
@@ -29,5 +29,5 @@ def waves(objs: Sequence[bpy.types.Object]) -> list[list[bpy.types.Object]]:
 
 def _shapes_of(obj: bpy.types.Object) -> Iterator[bpy.types.Object]:
     """The other objects on whose shapes it hangs, by its place or by its handles."""
-    starts = [Part(obj, PLACE), *(part for handle in handles_of(obj) for part in parts_of(handle))]
+    starts = [Part(obj, PLACE), *map(place_of, handles_of(obj))]
     yield from (part.owner for part in Chain().walk(starts) if part.kind == SHAPE and part.owner != obj)

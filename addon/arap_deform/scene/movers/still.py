@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ...core import naming
-from ..cages.read import enabled_cage
-from .chain import BONE, PLACE, POSE, SHAPE, Chain, Part, parts_of
+from .chain import BONE, PLACE, POSE, SHAPE, Chain, Part, place_of
 
 if TYPE_CHECKING:
     from ...props.handles import ArapHandle
@@ -30,23 +29,20 @@ def problems(obj: bpy.types.Object) -> list[str]:
     evaluated: what Blender could not do then is noted in its drivers.
     """
     chain = Chain()
-    found = [(f"'{obj.name}'", _why_still([Part(obj, PLACE)], chain))]
-    for handle in handles_of(obj):
-        whose = f"{'Cage' if handle.is_cage else 'Handle'} '{handle.name}' of '{obj.name}'"
-        found.append((whose, _why_still(parts_of(handle), chain)))
+    parts = [(f"'{obj.name}'", Part(obj, PLACE))]
+    parts += [(f"Handle '{handle.name}' of '{obj.name}'", place_of(handle)) for handle in handles_of(obj)]
+    found = ((whose, _why_still(part, chain)) for whose, part in parts)
     return [f"{whose} does not move as it should: {reason}" for whose, reason in found if reason]
 
 
 def handles_of(obj: bpy.types.Object) -> list[ArapHandle]:
-    """The enabled handles that have an object; if a cage is among them, that alone."""
-    cage = enabled_cage(obj)
-    handles = [cage] if cage is not None else [handle for handle in obj.arap.handles if handle.is_enabled]
-    return [handle for handle in handles if handle.target is not None]
+    """The enabled handles that have an object."""
+    return [handle for handle in obj.arap.handles if handle.is_enabled and handle.target is not None]
 
 
-def _why_still(parts: list[Part], chain: Chain) -> str:
-    """Of the parts, and of what they hang on, if no walk has passed there before."""
-    for part in chain.walk(parts):
+def _why_still(start: Part, chain: Chain) -> str:
+    """Of the part, and of what it hangs on, if no walk has passed there before."""
+    for part in chain.walk([start]):
         undriven = (_why_undriven(fcurve) for fcurve in chain.drivers_of(part))
         reasons = (*(why_missing(data) for data in _data_of(part)), _why_at_rest(part), *undriven)
         if reason := next(filter(None, reasons), ""):

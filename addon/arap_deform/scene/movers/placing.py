@@ -13,7 +13,6 @@ from mathutils import Matrix
 from ...core.arrays import Floats
 from ...core.transforms import inverted
 from .. import handle_motion, meshes, remembered
-from . import cages
 
 if TYPE_CHECKING:
     from ...props.handles import ArapHandle
@@ -31,9 +30,7 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
     meshes.check_mesh(obj)
     forget_shapes(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    held = place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
-    working_cages = [h for h in obj.arap.handles if h.is_cage and not handle_motion.problem_of(obj, h, depsgraph)]
-    return held + [cage.name for cage in working_cages if not cages.put_to_rest(obj, cage)]
+    return place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
 
 
 def forget_shapes(obj: bpy.types.Object) -> None:
@@ -43,12 +40,10 @@ def forget_shapes(obj: bpy.types.Object) -> None:
 
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:
-    """Indices of the handles that can be moved, enabled or not; without cages, whose shape is no motion."""
+    """Indices of the handles that can be moved, enabled or not."""
     made: handle_motion.Made = {}
     handles = enumerate(obj.arap.handles)
-    return [
-        i for i, handle in handles if not handle.is_cage and not handle_motion.problem_of(obj, handle, depsgraph, made)
-    ]
+    return [i for i, handle in handles if not handle_motion.problem_of(obj, handle, depsgraph, made)]
 
 
 def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[str]:
