@@ -69,7 +69,7 @@ from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
 from .pose.solve import begin_solve, solve
 from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
-from .scene.movers.placing import reset_handles
+from .scene.placing import reset_handles
 from .setup.bones import add_bones
 from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle

@@ -23,9 +23,12 @@ def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
     return np.array([point.co[:] for point in obj.data.shape_keys.key_blocks[name].data])
 
 
-def unfit(obj: bpy.types.Object, **keywords) -> str:
+def unfit(obj: bpy.types.Object, *, is_thorough: bool = False) -> str:
     """Why the live session does not fit the scene, '' if it does."""
-    return module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), **keywords).problem
+    frame, bound = module("follow.frame"), module("core.sessions").get(obj.session_uid)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    problem = frame.look(obj, depsgraph, bound)[1]
+    return problem or (frame.look_closely(obj, depsgraph, bound) if is_thorough else "")
 
 
 def rest_positions(obj: bpy.types.Object) -> np.ndarray:

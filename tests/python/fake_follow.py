@@ -61,6 +61,9 @@ class FakeFollowScene:
     binds: list[FakeBind] = field(default_factory=list)
     bind_needs_s: float = 1.0
 
+    def look(self) -> str:
+        return ""
+
     def has_to_wait(self) -> bool:
         return self.is_painted
 
@@ -102,6 +105,7 @@ class FakeFollowScene:
         self.needed_updates -= 1
         return readout("max_iterations" if self.needed_updates > 0 else "converged")
 
+    @property
     def iteration_limit(self) -> int:
         return self.limit
 

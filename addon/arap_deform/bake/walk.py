@@ -16,7 +16,8 @@ import bpy
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.mirror import Mirror
-from ..scene import frame_state, handle_motion, known, meshes
+from ..scene import handle_motion, known, meshes
+from . import frame_state
 from .former_bakes import FormerBakes
 from .shapes_job import depsgraph_of
 

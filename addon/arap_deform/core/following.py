@@ -42,11 +42,18 @@ class Bind(Protocol):
 class FollowScene(Protocol):
     """What following needs of Blender, for one object."""
 
+    def look(self) -> str:
+        """Takes a snapshot of the scene; every step begins with it.
+
+        Returns:
+            Why the mesh cannot follow now, '' if it can. Only then may the others be called.
+        """
+
     def has_to_wait(self) -> bool:
         """True while weights are painted: they are known when the stroke has ended."""
 
     def is_bound(self) -> bool:
-        """Looks at the scene: True while the live session fits mesh, groups and settings. Every step begins with it."""
+        """Whether the live session fits the snapshot: mesh, groups and settings."""
 
     def begin_bind(self) -> Bind:
         """Reads the scene and begins to bind. Raises ValueError if the scene cannot be posed."""
@@ -58,10 +65,10 @@ class FollowScene(Protocol):
         """Whether something has bound the mesh, or set its handles, since the last update."""
 
     def matrices(self) -> NDArray[np.float64]:
-        """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
+        """(h, 4, 4) float64 object-space motions of the handles in the snapshot."""
 
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
-        """Solves for these motions of the handles and writes the key. Only if is_bound() was true in this step.
+        """Solves for these motions of the handles and writes the key. Only if is_bound().
 
         ``iterations`` is a limit; None: that of the settings.
         """
@@ -69,6 +76,7 @@ class FollowScene(Protocol):
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         """As update(), but from rest and to convergence. No time limit: for as long as the scene finds bearable."""
 
+    @property
     def iteration_limit(self) -> int:
         """The most iterations for one place of the handles."""
 
@@ -106,6 +114,7 @@ class Follower:
 
     def begin(self) -> None:
         """Binds if the session does not fit, else goes on from the pose shown."""
+        self._scene.look()
         if self._scene.is_bound():
             self._scene.go_on_from_shown()
         else:
@@ -153,7 +162,7 @@ class Follower:
     def refine(self, time_limit_s: float) -> None:
         """Goes on iterating at the place that was followed last, unless the mesh has settled there."""
         if not self.is_settled and self._matrices is not None:
-            left = self._scene.iteration_limit() - self._iterations_here
+            left = self._scene.iteration_limit - self._iterations_here
             self._take(self._scene.update(self._matrices, max(1, left), time_limit_s))
 
     def forget_place(self) -> None:
@@ -178,7 +187,7 @@ class Follower:
     def _take(self, readout: Readout) -> None:
         self.readout = readout
         self._iterations_here += readout.iterations
-        self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()
+        self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit
         if self.is_settled:
             self._scene.settled()
 

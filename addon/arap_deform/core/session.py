@@ -381,9 +381,10 @@ class Session:
             at_rest = np.setdiff1d(at_rest, self._loose.move(self._solved, result.parts_at_rest))
         self._at_rest = at_rest
         self._show_solved()
+        n = self._n_own
         return Readout(
-            vertices=self.n_vertices,
-            free_vertices=self.n_vertices - int((self._map.vertices < self.n_vertices).sum()),
+            vertices=n,
+            free_vertices=n - int((self._map.vertices < n).sum()),
             last_ms=_ms_since(start),
             iterations=result.iterations,
             energy=result.energy_after,
@@ -391,7 +392,7 @@ class Session:
             step=result.step,
             stop_reason=result.stop_reason,
             parts_at_rest=len(at_rest),
-            loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
+            loose_vertices=int((result.loose_vertices < n).sum()),
             outside=self._outside,
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,

@@ -50,8 +50,8 @@ class BoneHold:
 
 
 Hold = GroupHold | BoneHold
-"""What a pin or handle holds. Another kind is another class here, and a branch in hold_of() of scene.inputs and in
-spec_of() there."""
+"""What a pin or handle holds. Another kind is another class here, and a branch in holds_of() of scene.snapshot and in
+spec_of() of scene.inputs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,9 +149,9 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
 
 
 def _difference_of_settings(old: SceneState, new: SceneState) -> str:
-    if not are_same(old.mirrors, new.mirrors):
+    if (old.mirrors or new.mirrors) and not are_same(old.mirrors, new.mirrors):
         return f"The Mirror modifier of '{new.object_name}' has changed"
-    if old.settings.of_bind != new.settings.of_bind:
+    if old.settings != new.settings and old.settings.of_bind != new.settings.of_bind:
         return f"{OF_BIND.replace(' and ', ' or ')} of '{new.object_name}' have changed"
     return "" if is_same_stretch(old.stretch, new.stretch) else f"The scale of '{new.object_name}' has changed"
 

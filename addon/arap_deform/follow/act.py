@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The posing act as a state machine. PoseScene stands for Blender; tests fake it.
+"""The posing act as a state machine. FollowScene stands for Blender; tests fake it.
 
     BINDING --bound--> FOLLOWING --end--> ENDED
        ^                   |
@@ -14,7 +14,6 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum, auto
-from typing import Protocol
 
 from ..core import native
 from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
@@ -44,13 +43,6 @@ class End:
     error: Exception | None = None
 
 
-class PoseScene(FollowScene, Protocol):
-    """What the act needs of Blender, for one object."""
-
-    def why_over(self) -> str:
-        """Why the act cannot go on (object gone, other mode, other mesh ...), one sentence; '' while it can."""
-
-
 class PoseAct(HasFollower):
     """One posing act of one object, from begin() until ``end`` is set.
 
@@ -59,7 +51,7 @@ class PoseAct(HasFollower):
     raises ValueError once there is a pose, the pose stays; any other exception restores everything.
     """
 
-    def __init__(self, scene: PoseScene, *, is_drag: bool = False) -> None:
+    def __init__(self, scene: FollowScene, *, is_drag: bool = False) -> None:
         """Prepares it. ``is_drag``: it lasts for one drag, so panels offer nothing meanwhile."""
         self._scene = scene
         self.is_drag = is_drag
@@ -146,7 +138,7 @@ class PoseAct(HasFollower):
             return
         self._is_busy = True
         try:
-            reason = self._scene.why_over()
+            reason = self._scene.look()
             if reason:
                 self.leave(reason)
             else:
@@ -178,7 +170,7 @@ class PoseAct(HasFollower):
             self._follower.follow(FOLLOW_TIME_LIMIT_S)
             self._follower.refine(KEEP_TIME_LIMIT_S)
             # Looking evaluates the scene, and that may tell of a stroke that has just ended.
-            if self._follower.is_ready():
+            if not self._scene.look() and self._follower.is_ready():
                 self._finish(End(Ending.KEEP))
 
     def _finish(self, end: End) -> None:

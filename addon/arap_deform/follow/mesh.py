@@ -22,7 +22,7 @@ from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
 from ..core.sessions import Bound
 from ..scene import known, pose_key, versions
-from ..scene.inputs import counts_of
+from ..scene.snapshot import counts_of
 
 
 def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:

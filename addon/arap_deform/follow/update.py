@@ -11,8 +11,7 @@ from ..core.session import Session
 from ..core.session_data import Readout
 from ..scene import meshes
 from ..scene.inputs import read_input
-from . import mesh, ready
-from .frame import Frame
+from . import frame, mesh, ready
 
 SCRIPT = "a script"  # see sessions.hold()
 
@@ -79,12 +78,15 @@ def update_pose(
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
     sessions.check_free(obj)
-    frame = Frame(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
-    if frame.problem:
+    bound = sessions.get(obj.session_uid)
+    snapshot, misfit = frame.look(obj, depsgraph or bpy.context.evaluated_depsgraph_get(), bound)
+    if snapshot is None or bound is None or misfit:
         sessions.drop(obj.session_uid)
-        raise RuntimeError(f"{frame.problem}: start posing again")
+        raise RuntimeError(f"{misfit}: start posing again")
     return frame.solve(
-        frame.matrices(),
+        snapshot,
+        bound,
+        snapshot.motions(),
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,

@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from enum import Enum, auto
+from functools import partial
 from typing import Protocol
 
 from ..core.following import BIND_STEP_S, FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
@@ -38,9 +39,6 @@ class When(Enum):
 
 class LiveScene(FollowScene, Protocol):
     """What Live needs of Blender, for one object."""
-
-    def why_paused(self) -> str:
-        """Why the mesh cannot follow now, in a few words; '' while it can."""
 
     def has_changed(self) -> bool:
         """Whether anything that the pose depends on has changed since the first call. Changes nothing itself."""
@@ -92,15 +90,15 @@ class LiveRun(HasFollower):
     def scene_changed(self, when: When, time_limit_s: float = FOLLOW_TIME_LIMIT_S) -> None:
         """Follows the handles if they have moved. A frame that is shown alone is settled at once, if it is bound."""
         if when is When.FRAME:
-            self._guarded(lambda: self._settle(BIND_STEP_S, has_timer=True))
+            self._guarded(partial(self._settle, BIND_STEP_S, has_timer=True))
             return
         if when is When.SCRUB:
             self._is_from_rest = True
-        self._guarded(lambda: self._follow_in_time(when, time_limit_s))
+        self._guarded(partial(self._follow_in_time, when, time_limit_s))
 
     def settle(self, bind_limit_s: float) -> None:
         """Binds if it must, and solves to the end. There is no timer: a bind that takes longer ends the run."""
-        self._guarded(lambda: self._settle(bind_limit_s, has_timer=False))
+        self._guarded(partial(self._settle, bind_limit_s, has_timer=False))
 
     def look(self) -> None:
         """For a run that waits: a first look, at what must change."""
@@ -108,7 +106,7 @@ class LiveRun(HasFollower):
 
     def tick(self, *, is_playing: bool, time_limit_s: float = REFINE_TIME_LIMIT_S) -> None:
         """A step of binding, following or refining. During playback only of binding."""
-        self._guarded(lambda: self._tick(time_limit_s, is_playing=is_playing))
+        self._guarded(partial(self._tick, time_limit_s, is_playing=is_playing))
 
     def undone(self) -> None:
         """Goes on from the pose that undo or redo has brought, or waits if it has brought none. All data is new."""
@@ -127,9 +125,10 @@ class LiveRun(HasFollower):
             return
         self._is_busy = True
         try:
-            self.pause = self._scene.why_paused()
-            # A run that waits looks in a pause, too: what changes meanwhile counts.
-            if self._is_awake() and not self.pause:
+            self.pause = self._scene.look()
+            if self._is_waiting:  # in a pause, too: what changes meanwhile counts
+                self._is_waiting = not self._scene.has_changed()
+            if not (self._is_waiting or self.pause):
                 step()
         except NotNow as reason:
             self.pause = str(reason)
@@ -142,14 +141,9 @@ class LiveRun(HasFollower):
             self._is_resuming = True
             self._scene.look_again()
 
-    def _is_awake(self) -> bool:
-        if self._is_waiting:
-            self._is_waiting = not self._scene.has_changed()
-        return not self._is_waiting
-
     def _follow_in_time(self, when: When, time_limit_s: float) -> None:
         self._is_behind = self._clock() < self._free_at or not self._follower.is_ready()
-        if self._is_behind or self._timed(lambda: self._follow(time_limit_s)):
+        if self._is_behind or self._timed(partial(self._follow, time_limit_s)):
             self._is_played = self._is_played or when is When.PLAYBACK
 
     def _tick(self, time_limit_s: float, *, is_playing: bool) -> None:
@@ -159,7 +153,7 @@ class LiveRun(HasFollower):
             self._is_played, self._is_from_rest = False, True
             self._follower.forget_place()
         self._is_behind = False
-        self._timed(lambda: self._follow_or_refine(time_limit_s))
+        self._timed(partial(self._follow_or_refine, time_limit_s))
 
     def _follow_or_refine(self, time_limit_s: float) -> bool:
         has_moved = self._follow(FOLLOW_TIME_LIMIT_S)
@@ -183,6 +177,7 @@ class LiveRun(HasFollower):
                     raise RuntimeError(f"The mesh was not prepared within {bind_limit_s:g} seconds: use Solve or Bake")
                 self._is_behind = True
                 return
+            self._scene.look()
         raise RuntimeError("The mesh changes each time it has been prepared")
 
     def _follow(self, time_limit_s: float | None) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 import numpy as np
@@ -18,10 +17,10 @@ from ..core.session_input import SceneState, difference_of_scene
 from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..scene import baked, handle_motion, known, meshes, pose_key, shape_keys, undo_step
+from ..scene import baked, known, meshes, pose_key, shape_keys, undo_step
 from ..scene.console import say
-from ..scene.inputs import read_state
 from ..scene.seen import look
+from ..scene.snapshot import Snapshot
 from .run import NotNow
 
 # A frame that is shown alone is solved to its end. In a window a heavy mesh goes on with it after this time. Without
@@ -48,11 +47,11 @@ class _Seen:
     def of(cls, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, changed_at: float) -> _Seen:
         """``changed_at``: when the mesh was changed last."""
         try:
-            motions = handle_motion.handle_matrices(obj, depsgraph)
-            state = read_state(obj, depsgraph, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+            snapshot = Snapshot.read(obj, depsgraph)
+            motions = snapshot.motions()
         except ValueError as error:
             return cls(str(error))
-        return cls("", state, motions, changed_at)
+        return cls("", snapshot.state, motions, changed_at)
 
     def is_same_as(self, other: _Seen) -> bool:
         if self.state is None or other.state is None or self.motions is None or other.motions is None:
@@ -70,21 +69,22 @@ class _Seen:
 class BlenderLiveScene(BlenderFollowScene):
     """Reads from the depsgraph of the handler that runs, or of the window that shows the object."""
 
-    key: pose_key.KeyFollower
+    key: pose_key.KeyTracker
     _first: _Seen | None = None
     _lack = ""  # why it cannot follow while weights are painted; the next stroke may change that
 
     def __init__(self, obj: bpy.types.Object) -> None:
         super().__init__(obj)
-        self.key = pose_key.KeyFollower(obj)
+        self.key = pose_key.KeyTracker(obj)
 
-    def why_paused(self) -> str:
-        obj = self._obj()
+    def _why_not(self, obj: bpy.types.Object | None) -> str:
+        if obj is None:
+            return super()._why_not(obj)
         act = sessions.claimed_by(self.uid)
         if act:
             return f"Paused while {act}"
-        self._follow_key(obj)  # in every mode: keys can be renamed in Edit Mode too
-        if self._lack and self._is_in_weight_paint():
+        self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. If it is removed, a new one is made
+        if self._lack and obj.mode == "WEIGHT_PAINT":
             return self._lack
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
             return "Paused in {}".format(PAUSING_MODES.get(obj.mode, "Edit Mode"))
@@ -109,12 +109,6 @@ class BlenderLiveScene(BlenderFollowScene):
         super()._note_change(updates)
         self._lack = ""
 
-    def _follow_key(self, obj: bpy.types.Object) -> None:
-        reason = self.key.why_left(obj)
-        if reason:
-            raise ValueError(reason)  # else both keys would show the pose
-        self.key.follow(obj)  # if it was removed, the next pose makes a new one
-
     def look_again(self) -> None:
         self._is_suspect = True
 
@@ -130,8 +124,9 @@ class BlenderLiveScene(BlenderFollowScene):
     def has_to_wait(self) -> bool:
         if bpy.app.background:  # no timer goes on
             return super().has_to_wait()
-        is_look_due = self._is_look_due(self._obj())
-        return super().has_to_wait() or is_look_due or not self._can_have_key()
+        obj = self._obj()
+        is_look_due = self._is_look_due(obj)
+        return super().has_to_wait() or is_look_due or not self._can_have_key(obj)
 
     def _is_look_due(self, obj: bpy.types.Object) -> bool:
         """Whether the timer must look first if a pose is seen under these modifiers. Raises NotNow if it is not."""
@@ -141,21 +136,18 @@ class BlenderLiveScene(BlenderFollowScene):
             raise NotNow(f"Paused: {reason}")
         return self.depsgraph is not None and not look.is_noted(obj)
 
-    def _can_have_key(self) -> bool:
+    def _can_have_key(self, obj: bpy.types.Object) -> bool:
         """Whether the mesh has its key, or one can be made as a step of undo.
 
         Undo takes a mesh for the same if no step tells otherwise, and keeps it. So a key that was made between two
         steps would be missing after an undo, but the mesh would still refer to it, and Blender would crash.
         """
         is_timer = self.depsgraph is None
-        return pose_key.find(self._obj()) is not None or (is_timer and undo_step.holds_whole_file())
+        return pose_key.find(obj) is not None or (is_timer and undo_step.holds_whole_file())
 
-    def _solve(self, matrices: NDArray[np.float64], time_limit_s: float | None, **options: Any) -> Readout:
-        is_new = pose_key.find(self._obj()) is None
-        readout = super()._solve(matrices, time_limit_s, **options)
-        if is_new and not bpy.app.background:
+    def _key_made(self) -> None:
+        if not bpy.app.background:
             undo_step.push("ARAP Follow")
-        return readout
 
     def begin_bind(self) -> SessionBinding:
         try:

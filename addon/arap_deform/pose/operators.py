@@ -12,7 +12,7 @@ from ..core.naming import counted
 from ..core.session_data import Readout
 from ..follow.act import Ending, PoseAct
 from ..scene import redraw, undo_step
-from ..scene.movers.placing import reset_handles
+from ..scene.placing import reset_handles
 from ..setup.list_operators import why_no_handles
 from ..ui.checks import (
     ArapOperator,

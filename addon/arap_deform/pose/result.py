@@ -14,8 +14,8 @@ from mathutils import Matrix
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.transforms import inverted
-from ..scene import handle_motion, known, meshes, pose_key, shape_keys, staying
-from ..scene.movers import chain, placing
+from ..scene import handle_motion, known, meshes, placing, pose_key, shape_keys, staying
+from ..scene.movers import chain
 from ..setup.handle_changes import take_over
 
 Transforms = dict[tuple[int, str], tuple[Any, ...]]  # channels by uid of object and bone; bone '': the object itself

@@ -10,13 +10,13 @@ from ..core.session_input import SessionInput
 from ..follow import ready
 from ..follow.scene import BlenderFollowScene
 from ..scene import known, pose_key
-from ..scene.inputs import counts_of
+from ..scene.snapshot import counts_of
 from . import undo
 from .result import capture_state, restore_state
 
 
 class ActScene(BlenderFollowScene):
-    """The PoseScene of an act that can put everything back."""
+    """The FollowScene of an act that can put everything back."""
 
     act_name = "posing"  # for messages
     modes = {"OBJECT"}
@@ -27,8 +27,7 @@ class ActScene(BlenderFollowScene):
         self._state = capture_state(obj)
         self._counts = counts_of(obj)
 
-    def why_over(self) -> str:
-        obj = self.obj
+    def _why_not(self, obj: bpy.types.Object | None) -> str:
         if obj is None or not known.is_in(bpy.context.scene, obj):
             reason = f"'{self.name}' was deleted"
         elif obj.mode not in self.modes:
@@ -49,17 +48,17 @@ class ActScene(BlenderFollowScene):
 
 
 class BlenderPoseScene(ActScene):
-    """The PoseScene of Pose."""
+    """The FollowScene of Pose."""
 
     modes = {"OBJECT", "WEIGHT_PAINT"}
-    key: pose_key.KeyFollower
+    key: pose_key.KeyTracker
 
     def __init__(self, obj: bpy.types.Object) -> None:
         """Raises ValueError if a pose would be for nothing."""
         ready.check(obj, bpy.context.evaluated_depsgraph_get())
         super().__init__(obj)
         self.act_number = 0
-        self.key = pose_key.KeyFollower(obj)
+        self.key = pose_key.KeyTracker(obj)
         former = sessions.get(obj.session_uid)
         self._topology = former.inputs.signature.topology if former is not None else None
 
@@ -74,12 +73,11 @@ class BlenderPoseScene(ActScene):
         super().restore(obj)
 
     def _why_over(self, obj: bpy.types.Object) -> str:
-        reason = self.key.why_left(obj)
-        if reason:
-            return reason
-        if not self.key.follow(obj):
-            return f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
-        return ""
+        try:
+            is_removed = self.key.track(obj) is None
+        except ValueError as error:
+            return str(error)
+        return f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed" if is_removed else ""
 
     def _read_inputs(self) -> SessionInput:
         inputs = super()._read_inputs()

@@ -16,7 +16,7 @@ from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
 from ..follow import mesh, ready
-from ..follow.frame import Frame, write_pose
+from ..follow.frame import look, write_pose
 from ..follow.update import bind
 from ..scene import handle_motion, known, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
@@ -38,7 +38,7 @@ def solve(
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
-    share = BIND_SHARE if Frame(obj, depsgraph).problem else 0.0
+    share = BIND_SHARE if look(obj, depsgraph, sessions.get(obj.session_uid))[1] else 0.0
     session = bind(obj, depsgraph, _part(progress, 0.0, share))
     matrices = handle_motion.handle_matrices(obj, depsgraph)
     result = mesh.solve_from_rest(session, matrices, progress=_part(progress, share, 1.0))

@@ -53,7 +53,8 @@ class BlendRun(ModalRun):
         if not is_followed:
             ready.check(obj, context.evaluated_depsgraph_get())
         self._state = capture_state(obj)
-        self._follower = None if is_followed else Follower(BlenderFollowScene(obj))
+        self._scene = BlenderFollowScene(obj)
+        self._follower = None if is_followed else Follower(self._scene)
         if self._follower is not None:
             self._follower.begin()
             sessions.claim(obj, self)
@@ -89,6 +90,7 @@ class BlendRun(ModalRun):
         follower = self._follower
         if follower is None:
             return False
+        self._scene.look()
         if not follower.prepare():
             waiting.watch(self)
             return False

@@ -19,8 +19,7 @@ from ..core import naming
 from ..core.arrays import Floats
 from ..core.patches import diagonal_of
 from ..props import hooks
-from ..scene import handle_motion, meshes
-from ..scene.movers import placing
+from ..scene import handle_motion, meshes, placing
 from . import blend
 
 if TYPE_CHECKING:

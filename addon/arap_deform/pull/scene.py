@@ -8,10 +8,8 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..core import sessions
 from ..core.arrays import Float32s, Floats
 from ..core.session_data import Readout
-from ..follow.frame import Frame
 from ..follow.mesh import SessionBinding
 from ..pose.scene import ActScene
 from ..scene import meshes
@@ -21,7 +19,7 @@ from .region import Grab
 
 
 class PullScene(ActScene):
-    """The PoseScene of one drag."""
+    """The FollowScene of one drag."""
 
     act_name = "the pull"
     initial_guess = "previous"
@@ -32,6 +30,7 @@ class PullScene(ActScene):
         depsgraph = bpy.context.evaluated_depsgraph_get()
         self.motion: Floats = np.eye(4)
         self.pull = hold.begin_pull(obj, depsgraph, grabs)
+        self.holds = self.pull.holds
         self._world = meshes.read_matrix(obj, depsgraph)
         self._start: Float32s | None = self.pull.shown  # the key alone would not do: its value may not be 1
         self._binding: SessionBinding | None = None
@@ -44,14 +43,13 @@ class PullScene(ActScene):
     def grab(self, grabs: Sequence[Grab]) -> None:
         """Goes on with the same drag of another piece around the same place."""
         self.pull = hold.begin_pull(self._obj(), bpy.context.evaluated_depsgraph_get(), grabs, self.pull)
+        self.holds = self.pull.holds
         self._binding = None
 
     def is_bound(self) -> bool:
-        bound = sessions.get(self.uid)
-        if bound is None or self._binding is None or bound.session is not self._binding.result():
+        if self._bound is None or self._binding is None or self._bound.session is not self._binding.result():
             return False
-        self._frame = Frame(self._obj(), bpy.context.evaluated_depsgraph_get(), holds=self.pull.holds)
-        return not self._frame.problem
+        return not self._misfit  # what changes meanwhile, the next drag sees
 
     def begin_bind(self) -> SessionBinding:
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)

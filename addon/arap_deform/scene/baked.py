@@ -15,8 +15,9 @@ def is_shown(obj: bpy.types.Object) -> bool:
 
     After a bake a muted pose counts alone: the artist may have removed or renamed the keys of the bake.
     """
-    if any(shape_keys.hides_keys(modifier) for modifier in obj.modifiers):
-        return True
+    for modifier in obj.modifiers:
+        if shape_keys.hides_keys(modifier):
+            return True
     if not obj.arap.bake_prefix:
         return False
     pose = pose_key.find(obj)

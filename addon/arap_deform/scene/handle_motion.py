@@ -39,14 +39,16 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
 
 def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats) -> NDArray[np.float64]:
     """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
-    check_handles(obj, depsgraph)
-    n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
+    if found := problems(obj, depsgraph):
+        raise ValueError(naming.sentences(found))
+    n_pins = sum([pin.is_enabled for pin in obj.arap.pins])
     handles = [handle for handle in obj.arap.handles if handle.is_enabled]
     result = np.tile(np.eye(4), (n_pins + len(handles), 1, 1))
     if handles:
         now = np.array([target_matrix(h.target, h.bone, depsgraph) for h in handles])
         rest = np.array([h.rest_matrix[:] for h in handles], dtype=np.float64).reshape(-1, 4, 4)
-        result[n_pins:] = inverted(world) @ now @ inverted(rest)
+        inverse = inverted(np.concatenate([world[None], rest]))
+        result[n_pins:] = inverse[0] @ now @ inverse[1:]
     return result
 
 
@@ -57,25 +59,18 @@ def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats)
     return np.asarray(inverted(world) @ now @ inverted(rest))
 
 
-def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-    """Raises ValueError with all of problems()."""
-    found = problems(obj, depsgraph)
-    if found:
-        raise ValueError(naming.sentences(found))
-
-
 def problems(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Why enabled pins and handles, or the object itself, cannot work: a sentence each."""
     if reason := meshes.why_not_evaluated(obj, depsgraph):
         return [reason]
-    of_pins = [
+    found = [
         f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
         for pin in obj.arap.pins
         if pin.is_enabled and pin.name not in obj.vertex_groups
     ]
     made: Made = {}
-    of_handles = (problem_of(obj, handle, depsgraph, made) for handle in obj.arap.handles if handle.is_enabled)
-    return [*of_pins, *(reason for reason in of_handles if reason)]
+    enabled = [handle for handle in obj.arap.handles if handle.is_enabled]
+    return found + [reason for handle in enabled if (reason := problem_of(obj, handle, depsgraph, made))]
 
 
 def problem_of(
@@ -86,7 +81,7 @@ def problem_of(
     reason = target_problem(obj, handle.target, handle.bone, depsgraph, is_made=handle.has_made_target)
     if reason:
         return whose + reason
-    owner = other_owner(obj, handle, made)
+    owner = other_owner(obj, handle, made) if handle.target.parent not in {None, obj} else None
     if owner is not None:
         return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
@@ -94,11 +89,12 @@ def problem_of(
             f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
             "give the mesh a scale and choose it again"
         )
-    if not math.isfinite(handle.rest.determinant()):
+    volume = handle.rest.determinant()
+    if not math.isfinite(volume):
         return f"{whose}its rest place is not a finite one; choose '{handle.target.name}' again"
-    if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
+    if abs(volume) < SMALLEST_VOLUME:
         return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
-    if handle.is_bone_alone:
+    if handle.bone and not handle.vertex_group:
         if obj.arap.model == "solid":
             return ""
         return f"{whose}a bone without a vertex group moves what is inside; choose Model: Solid, or choose a group"
@@ -158,7 +154,7 @@ def target_problem(
         return "it has no object; choose one or remove the handle"
     if target == obj:
         return f"'{target.name}' is the mesh itself; choose another object"
-    if reason := still.why_missing(target):
+    if (target.library or target.override_library) and (reason := still.why_missing(target)):
         return reason
     if not meshes.is_evaluated(target, depsgraph):
         if depsgraph.scene.objects.get(target.name) != target:
@@ -173,7 +169,7 @@ def target_problem(
         return f"'{target.name}' is not an armature and has no bones; clear the bone"
     if bone and (target.pose is None or bone not in target.pose.bones):
         return f"armature '{target.name}' has no bone '{bone}'; choose another bone"
-    return why_twice(obj, target, bone)
+    return why_twice(obj, target, bone) if obj.modifiers or obj.parent == target else ""
 
 
 def object_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
@@ -182,10 +178,9 @@ def object_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floa
 
 
 def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Depsgraph) -> Floats:
-    matrix = meshes.read_matrix(target, depsgraph)
-    if bone:
-        matrix = matrix @ np.array(target.evaluated_get(depsgraph).pose.bones[bone].matrix, dtype=np.float64)
-    return matrix
+    evaluated = target.evaluated_get(depsgraph)
+    matrix = np.array(evaluated.matrix_world, dtype=np.float64)
+    return matrix @ np.array(evaluated.pose.bones[bone].matrix, dtype=np.float64) if bone else matrix
 
 
 def bone_ends(handle: ArapHandle) -> Floats:

@@ -20,7 +20,8 @@ from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
 from . import meshes, pose_key
-from .inputs import enabled_entries, groups_of, has_group, hold_of, settings_of, spec_of
+from .inputs import enabled_entries, groups_of, has_group, spec_of
+from .snapshot import holds_of, settings_of
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle, ArapPin
@@ -62,7 +63,7 @@ class HeldMesh:
 
     def specs_of(self, entries: Sequence[Entry]) -> list[HandleSpec]:
         """Of entries whose groups are there."""
-        names = sorted(groups_of(hold_of(entry) for entry in entries))
+        names = sorted(groups_of(holds_of(entries)))
         weights = meshes.read_weights(self._obj, names, use_nodes=self._use_nodes)
         rest = self.mesh.rest_positions[: self.n_own]
         return [spec_of(entry, weights, rest) for entry in entries]
@@ -77,7 +78,9 @@ class HeldMesh:
         distances = np.linalg.norm(self.surface.seen[: self.n_own] - ball.centre, axis=1)
         near = np.flatnonzero(distances <= ball.radius + PATCH_REACH * self.surface.radius)
         names = meshes.groups_at(self._obj, near)
-        return self.specs_of([e for e in enabled_entries(self._obj) if getattr(hold_of(e), "group", "") in names])
+        enabled = enabled_entries(self._obj)
+        pairs = zip(enabled, holds_of(enabled), strict=True)
+        return self.specs_of([entry for entry, hold in pairs if getattr(hold, "group", "") in names])
 
     @cached_property
     def _enabled(self) -> list[tuple[Entry, HandleSpec]]:

@@ -17,14 +17,19 @@ from .points import objects as points
 
 
 def check_mesh(obj: bpy.types.Object) -> None:
-    """Raises ValueError if ``obj`` has no mesh that can be posed, and says what to do."""
+    """Raises ValueError with why_not_posable()."""
+    if reason := why_not_posable(obj):
+        raise ValueError(reason)
+
+
+def why_not_posable(obj: bpy.types.Object | None) -> str:
+    """Why an object has no mesh that can be posed, and what to do; '' if it has."""
     if obj is None or obj.type != "MESH":
-        raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not a mesh: choose a mesh object")
+        return f"'{obj.name if obj else 'Nothing'}' is not a mesh: choose a mesh object"
     if obj.data.is_editmode or obj.mode in {"EDIT", "SCULPT"}:
         mode = "Sculpt Mode" if obj.mode == "SCULPT" else "Edit Mode"
-        raise ValueError(f"'{obj.name}' is in {mode}: go back to Object Mode first")
-    if not len(obj.data.polygons):
-        raise ValueError(f"'{obj.name}' has no faces: there is nothing to deform")
+        return f"'{obj.name}' is in {mode}: go back to Object Mode first"
+    return "" if len(obj.data.polygons) else f"'{obj.name}' has no faces: there is nothing to deform"
 
 
 def check_local(obj: bpy.types.Object) -> None:
@@ -33,7 +38,7 @@ def check_local(obj: bpy.types.Object) -> None:
     if obj.library is not None or data.library is not None:
         whose = f"'{obj.name}'" if obj.library is not None else f"The {obj.type.lower()} of '{obj.name}'"
         raise ValueError(f"{whose} is linked from another file: make it local (Object > Relations > Make Local)")
-    if is_override(obj) or is_override(data):
+    if obj.override_library is not None or data.override_library is not None:  # see is_override()
         raise ValueError(
             f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
             "(Object > Relations > Make Local)"

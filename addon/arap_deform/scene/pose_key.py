@@ -63,10 +63,10 @@ class PoseKey:
 
 def look(obj: bpy.types.Object) -> PoseKey:
     """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
-    name = wanted_name(obj)
-    is_ours = _is_made(obj, name)
-    key = shape_keys.find(obj, name)
-    if key is None or is_ours:
+    settings, keys = obj.arap, obj.data.shape_keys
+    name = settings.key_name or preferences.key_name()
+    key = keys.key_blocks.get(name) if keys is not None else None
+    if key is None or name in settings.made_keys:
         return PoseKey(name, key)
     return PoseKey(shape_keys.free_name(obj, name), None)
 
@@ -167,7 +167,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
     shape_keys.write(obj, key, state.positions)
 
 
-class KeyFollower:
+class KeyTracker:
     """Stays with the live key during a posing act or Live, also if it is renamed in Blender's list.
 
     Keeps names and an address to compare with, no Blender data.
@@ -179,32 +179,34 @@ class KeyFollower:
         self._names: set[str] = set()
         self._address = 0
 
-    def why_left(self, obj: bpy.types.Object) -> str:
-        """Why the pose has left the key that was followed, without a full stop; '' while it has not."""
-        key = find(obj)
-        if self._name in {"", wanted_name(obj)} or (key is not None and key.as_pointer() == self._address):
-            return ""
-        return f"{key_differs(obj.name)}, and is kept in '{self._name}'"
+    def track(self, obj: bpy.types.Object) -> PoseKey | None:
+        """Finds the live key, by its new name if it was renamed; None if it was removed.
 
-    def follow(self, obj: bpy.types.Object) -> bool:
-        """Takes the new name if the key was renamed. False if it was removed."""
-        setting = wanted_name(obj)
-        if find(obj) is None and _is_made(obj, setting):
-            key = self._renamed(obj)
-            if key is None:
+        Raises:
+            ValueError: the pose has left the key that was followed.
+        """
+        found = look(obj)
+        if found.key is not None and found.key.as_pointer() == self._address and found.key.name == self._name:
+            return found
+        wanted = wanted_name(obj)
+        is_same = found.key is not None and found.key.as_pointer() == self._address
+        if not is_same and self._name not in {"", wanted}:
+            raise ValueError(f"{key_differs(obj.name)}, and is kept in '{self._name}'")  # else both would show it
+        if found.key is None and _is_made(obj, wanted):
+            renamed = self._renamed(obj)
+            _unmark(obj, wanted)
+            if renamed is None:
                 # The next new key may get its address, and the artist may give its names to other keys.
                 self.forget_address()
                 self._names.clear()
-                _unmark(obj, setting)
-                return False
-            _unmark(obj, setting)
-            adopt(obj, key.name)
-        self.note(obj)
-        return True
+                return None
+            adopt(obj, renamed.name)
+            found = look(obj)
+        self.note(found.key)
+        return found
 
-    def note(self, obj: bpy.types.Object) -> None:
+    def note(self, key: bpy.types.ShapeKey | None) -> None:
         """Remembers the key as it is now. Call it when it may have been made."""
-        key = find(obj)
         if key is not None:
             self._name, self._address = key.name, key.as_pointer()
             self._names.add(key.name)

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import bpy
 
 from ..props import hooks
@@ -33,9 +31,9 @@ def _tag_regions(kind: str) -> None:
                 region.tag_redraw()
 
 
-def _views() -> Iterator[bpy.types.Area]:
-    for window in bpy.context.window_manager.windows:
-        yield from (area for area in window.screen.areas if area.type == "VIEW_3D")
+def _views() -> list[bpy.types.Area]:
+    windows = bpy.context.window_manager.windows
+    return [area for window in windows for area in window.screen.areas if area.type == "VIEW_3D"]
 
 
 CALLBACKS = ((hooks.views_changed, tag_views),)

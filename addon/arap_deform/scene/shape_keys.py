@@ -58,7 +58,8 @@ def check_animatable(obj: bpy.types.Object) -> None:
 def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
     """Raises ValueError if Blender would not show what is written to ``key``, and says what to do."""
     check_not_hidden(obj, key)
-    if fcurves.is_animated(obj.data.shape_keys, value_path(key)):
+    keys = obj.data.shape_keys
+    if keys.animation_data is not None and fcurves.is_animated(keys, value_path(key)):
         raise ValueError(
             f"The value of shape key '{key.name}' of '{obj.name}' is animated: delete its keyframes or driver"
         )
@@ -86,12 +87,12 @@ def check_not_hidden(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
 
 def check_none_alone(obj: bpy.types.Object, key: bpy.types.ShapeKey | None) -> None:
     """Raises ValueError if the object shows a cache or another key alone. ``key``: None is one that will be made."""
-    cache = next((modifier for modifier in obj.modifiers if hides_keys(modifier)), None)
-    if cache is not None:
-        raise ValueError(
-            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off, in viewports "
-            "and renders"
-        )
+    for modifier in obj.modifiers:
+        if hides_keys(modifier):
+            raise ValueError(
+                f"Modifier '{modifier.name}' of '{obj.name}' shows a cache in place of the pose: switch it off, in "
+                "viewports and renders"
+            )
     if obj.show_only_shape_key and obj.active_shape_key != key:
         raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
 

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..scene import remembered
-from ..scene.inputs import settings_of
+from ..scene.snapshot import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text, is_following, split_column
 from .group_operators import is_painted

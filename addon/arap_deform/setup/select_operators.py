@@ -8,9 +8,10 @@ from collections.abc import Callable
 import bpy
 
 from ..core.arrays import Ints
-from ..scene import meshes, unheld
+from ..scene import meshes
 from ..ui.checks import ArapOperator, check_visible, posed_object, select_alone, why_busy, why_no_mesh
 from ..ui.edit_mode import object_mode
+from . import unheld
 
 
 def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -8,7 +8,7 @@ import bpy
 from ..core import sessions
 from ..core.naming import counted
 from ..scene import meshes, remembered, versions
-from ..scene.inputs import settings_of
+from ..scene.snapshot import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, draw_text, split_column
 

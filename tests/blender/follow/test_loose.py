@@ -59,7 +59,7 @@ class LooseTest(SceneTest):
         obj = with_balls(*PLACES)
         for follows, expected in ((True, FAR), (False, slice(EYE.start, FAR.stop))):
             obj.arap.loose_follow = follows
-            vertices, n_parts = module("scene.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
+            vertices, n_parts = module("setup.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
             np.testing.assert_array_equal(vertices, np.arange(expected.start, expected.stop))
             self.assertEqual(n_parts, self.api.solve(obj).parts_at_rest)
 

@@ -31,9 +31,9 @@ class PoseSceneTest(SceneTest):
                 bpy.context.view_layer.objects.active = obj
                 self.api.solve(obj)
                 act = self.act(obj)
-                self.assertEqual(act.why_over(), "")
+                self.assertEqual(act.look(), "")
                 change(obj)
-                self.assertEqual(act.why_over(), why)
+                self.assertEqual(act.look(), why)
 
     def test_keep_and_cancel_of_the_tab_end_it(self):
         obj = solved()
@@ -52,7 +52,7 @@ class PoseSceneTest(SceneTest):
         act = self.act(obj)
         obj.vertex_groups["Head"].name = "Top"
         message = "Handle 'Head' of 'Tube': there is no vertex group 'Head'; choose one or remove the handle"
-        act.is_bound()
+        act.look()
         self.assert_error(ValueError, message, act.matrices)
 
     def test_vertices_in_another_order_are_not_bound_again(self):
@@ -65,16 +65,17 @@ class PoseSceneTest(SceneTest):
         mesh.to_mesh(obj.data)
         mesh.free()
         bpy.context.view_layer.update()
+        act.look()
         self.assertFalse(act.is_bound())
         self.assert_error(ValueError, "The faces of 'Tube' have changed", act.begin_bind)
 
     def test_another_key_ends_a_session_and_the_act_before_it_is_written(self):
         obj = solved()
         act = self.act(obj)
-        self.assertEqual(act.why_over(), "")
+        self.assertEqual(act.look(), "")
         obj.arap.key_name = "Bent"
         changed = "The pose of 'Tube' has another shape key now"
-        self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
+        self.assertEqual(act.look(), f"{changed}, and is kept in 'ARAP': posing has ended")
         self.assertEqual(unfit(obj, is_thorough=True), changed)
         self.assert_error(RuntimeError, f"{changed}: start posing again", module("follow.update").update_pose, obj)
         self.assertEqual(key_names(obj), ["Basis", "ARAP"])
@@ -88,15 +89,16 @@ class PoseSceneTest(SceneTest):
         for name in ("ARAP", "Bent", "Bowed"):
             if obj.data.shape_keys is not None:
                 obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
-            self.assertEqual(act.why_over(), "")
+            self.assertEqual(act.look(), "")
             bend(obj)
+            act.look()
             self.assertTrue(act.is_bound())
             act.update(act.matrices(), None, 1.0)
             self.assertEqual(key_names(obj), ["Basis", name])
             self.assertEqual(obj.arap.key_name, name)
             self.assertEqual(unfit(obj, is_thorough=True), "")
         obj.shape_key_remove(obj.data.shape_keys.key_blocks["Bowed"])
-        self.assertEqual(act.why_over(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
+        self.assertEqual(act.look(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
 
     def test_an_end_that_restores_gives_the_key_its_name_back(self):
         obj = posable()
@@ -104,10 +106,11 @@ class PoseSceneTest(SceneTest):
         before = key_positions(obj)
         act = self.act(obj)
         module("follow.update").prepare_session(obj)
-        self.assertEqual(act.why_over(), "")
+        self.assertEqual(act.look(), "")
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
-        self.assertEqual(act.why_over(), "")
+        self.assertEqual(act.look(), "")
         bend(obj)
+        act.look()
         self.assertTrue(act.is_bound())
         act.update(act.matrices(), None, 1.0)
         act.restore(obj)

@@ -57,8 +57,10 @@ class PullTest(SceneTest):
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
-            frame = module("follow.frame").Frame(obj, self.depsgraph, holds=begun.holds)
-            if frame.solve(matrices, initial_guess="previous").stop_reason == "converged":
+            bound = sessions.get(obj.session_uid)
+            snapshot, _ = module("follow.frame").look(obj, self.depsgraph, bound, begun.holds)
+            readout = module("follow.frame").solve(snapshot, bound, matrices, initial_guess="previous")
+            if readout.stop_reason == "converged":
                 break
         self.pins.add(obj, begun.grabs)
         self.pins.remember_rest(obj, begun.rest, begun.shown)

@@ -89,8 +89,11 @@ class MirrorTest(SceneTest):
         module("follow.mesh").adopt(obj, begun.inputs, session)
         motion = np.eye(4)
         motion[:3, 3] = (0.3, -0.3, 0.0)
-        frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), holds=begun.holds)
-        frame.solve(begun.matrices(motion, np.eye(4)), initial_guess="previous", to_convergence=True)
+        bound = module("core.sessions").get(obj.session_uid)
+        frame = module("follow.frame")
+        snapshot, _ = frame.look(obj, bpy.context.evaluated_depsgraph_get(), bound, begun.holds)
+        matrices = begun.matrices(motion, np.eye(4))
+        frame.solve(snapshot, bound, matrices, initial_guess="previous", to_convergence=True)
         bpy.context.view_layer.update()
         self.assert_on_plane(obj, key_positions(obj))
 
@@ -180,8 +183,7 @@ class MirrorTest(SceneTest):
         ):
             setattr(modifier, *change)
             bpy.context.view_layer.update()
-            frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get())
-            self.assertEqual(frame.problem, "The Mirror modifier of 'Half' has changed", change)
+            self.assertEqual(unfit(obj), "The Mirror modifier of 'Half' has changed", change)
             setattr(modifier, change[0], back)
         for modifier.show_viewport, modifier.show_render, fits in (
             (False, True, True),  # off where the artist works, as it is slow, and on in the final render
@@ -189,8 +191,7 @@ class MirrorTest(SceneTest):
             (False, False, False),
         ):
             bpy.context.view_layer.update()
-            frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get())
-            self.assertEqual(frame.problem == "", fits)
+            self.assertEqual(unfit(obj) == "", fits)
         modifier.show_viewport = modifier.show_render = True
         modifier.use_mirror_merge = False
         modifier.use_clip = True

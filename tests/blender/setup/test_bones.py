@@ -166,7 +166,7 @@ class BonesTest(SceneTest):
         self.api.remove_handle(obj, 0)
         self.api.remove_pin(obj, 0)
         self.api.add_bones(obj, arm(obj))
-        find = module("scene.unheld").find
+        find = module("setup.unheld").find
         with self.assertRaisesRegex(ValueError, "is known once it was posed"):
             find(obj, bpy.context.evaluated_depsgraph_get())
         self.api.prepare_session(obj)

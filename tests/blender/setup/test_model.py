@@ -32,7 +32,7 @@ class ModelTest(SceneTest):
 
     def test_settings_have_their_defaults_and_survive_a_save(self):
         obj = posable()
-        settings = module("scene.inputs").settings_of
+        settings = module("scene.snapshot").settings_of
         of_obj = settings(obj)
         self.assertEqual((of_obj.model, of_obj.cube_size, of_obj.keep_volume), ("surface", 0.0, 0.0))
         numbers = {item.identifier: item.value for item in obj.arap.bl_rna.properties["model"].enum_items}

@@ -46,7 +46,7 @@ def average(patch, positions: np.ndarray) -> np.ndarray:
 class RigidityTest(SceneTest):
     def test_settings_have_their_defaults_and_survive_a_save(self):
         obj = posable()
-        settings = module("scene.inputs").settings_of(obj)
+        settings = module("scene.snapshot").settings_of(obj)
         self.assertEqual((settings.energy, settings.rigidity_radius), ("rotation_nodes", 0.02))
         numbers = {item.identifier: item.value for item in obj.arap.bl_rna.properties["energy"].enum_items}
         self.assertEqual(numbers, {"spokes_and_rims": 0, "spokes": 1, "rotation_nodes": 2}, "files have the numbers")

@@ -74,7 +74,7 @@ class WeightTest(SceneTest):
 
     def followed(self, obj):
         """Its FollowScene, told of evaluations as an act's is."""
-        scene = module("follow.scene").BlenderFollowScene(obj)
+        scene = module("pose.scene").ActScene(obj)
 
         def tell(_scene, depsgraph):
             with scene.evaluated(depsgraph, module("scene.known").updates(depsgraph)):
@@ -84,20 +84,23 @@ class WeightTest(SceneTest):
         self.addCleanup(bpy.app.handlers.depsgraph_update_post.remove, tell)
         return scene
 
+    def assert_bound(self, scene, is_bound):
+        self.assertEqual((scene.look(), scene.is_bound()), ("", is_bound))
+
     def test_weights_of_which_only_the_look_itself_tells_are_seen(self):
         obj = solved()
         scene = self.followed(obj)
-        self.assertTrue(scene.is_bound())
+        self.assert_bound(scene, True)
         obj.vertex_groups["Feet"].add(BOTTOM[:1], 0.5, "REPLACE")
         obj.data.update_tag()
-        self.assertFalse(scene.is_bound())
-        self.assertFalse(scene.is_bound(), "until it is bound again")
+        self.assert_bound(scene, False)
+        self.assert_bound(scene, False)  # until it is bound again
 
     def test_two_writes_in_a_row_are_nobody_elses_change(self):
         obj = solved()
         scene = self.followed(obj)
         bpy.context.view_layer.update()
-        self.assertTrue(scene.is_bound())
+        self.assert_bound(scene, True)
         for _ in range(2):
             scene.update(scene.matrices(), 1, None)
         bpy.context.view_layer.update()

@@ -19,7 +19,7 @@ class FakeScene(FakeFollowScene):
     reason: str = ""
     needed_updates: int = 3
 
-    def why_over(self) -> str:
+    def look(self) -> str:
         return self.reason
 
     def begin_bind(self) -> FakeBind:

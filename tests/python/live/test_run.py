@@ -27,7 +27,7 @@ class FakeScene(FakeFollowScene):
     def clock(self) -> float:
         return self.now
 
-    def why_paused(self) -> str:
+    def look(self) -> str:
         return self.pause
 
     def look_again(self) -> None:

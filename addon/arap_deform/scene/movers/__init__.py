@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What moves handles: what they hang on, why that does not move here, and to move it."""
+"""What moves handles: what they hang on, and why that does not move here."""

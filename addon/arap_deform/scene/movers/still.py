@@ -25,7 +25,7 @@ def check(obj: bpy.types.Object) -> None:
 def problems(obj: bpy.types.Object) -> list[str]:
     """A sentence for the mesh, and for each enabled handle, that hangs on what does not move here.
 
-    Whether the handles themselves can work is not asked: see handle_motion.check_handles(). The scene has been
+    Whether the handles themselves can work is not asked: see handle_motion.problems(). The scene has been
     evaluated: what Blender could not do then is noted in its drivers.
     """
     chain = Chain()

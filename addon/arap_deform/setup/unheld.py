@@ -13,7 +13,7 @@ from ..core.loose.pieces import joined_by_regions, numbered
 from ..core.loose.riders import find_riders
 from ..core.mirror import completed
 from ..core.session import Session
-from .inputs import read_input
+from ..scene.inputs import read_input
 
 
 def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, int]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from . import fcurves
+from ..scene import fcurves
 
 Place = tuple[str, str, bool]  # collection of bpy.data, name, whether it is the node tree inside that data-block
 Channel = tuple[str, int]  # data path and index

@@ -33,7 +33,7 @@ class UnheldTest(SceneTest):
         n = (len(obj.data.vertices) - 1) // 3
         move(obj.arap.handles[0].target, (1.0, 0.0, 0.0))
         readout = self.api.solve(obj)
-        vertices, n_parts = module("scene.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
+        vertices, n_parts = module("setup.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
         self.assertEqual((n_parts, 1), (readout.parts_at_rest, readout.loose_vertices))
         self.assert_close(key_positions(obj)[vertices], rest_positions(obj)[vertices], 4e-6)
         np.testing.assert_array_equal(vertices, np.arange(n, 3 * n + 1))
@@ -56,7 +56,7 @@ class UnheldTest(SceneTest):
     def test_too_little_memory_is_reported_as_other_errors_are(self):
         bpy.context.view_layer.objects.active = posable()
         problem = "the factor of this mesh needs about 12 GB"
-        too_little = mock.patch.object(module("scene.unheld"), "find", side_effect=MemoryError(problem))
+        too_little = mock.patch.object(module("setup.unheld"), "find", side_effect=MemoryError(problem))
         with too_little, self.assertRaises(RuntimeError) as raised:
             bpy.ops.arap.select_unheld()
         self.assertIn(problem, str(raised.exception))
@@ -73,5 +73,5 @@ class UnheldTest(SceneTest):
         self.api.add_pin(obj, [0, 3])
         for is_joined, expected in ((False, 1), (True, 0)):
             obj.arap.join_seams = is_joined
-            n_parts = module("scene.unheld").find(obj, bpy.context.evaluated_depsgraph_get())[1]
+            n_parts = module("setup.unheld").find(obj, bpy.context.evaluated_depsgraph_get())[1]
             self.assertEqual((n_parts, self.api.solve(obj).parts_at_rest), (expected, expected))

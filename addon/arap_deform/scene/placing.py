@@ -10,12 +10,12 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...core.arrays import Floats
-from ...core.transforms import inverted
-from .. import handle_motion, meshes, remembered
+from ..core.arrays import Floats
+from ..core.transforms import inverted
+from . import handle_motion, meshes, remembered
 
 if TYPE_CHECKING:
-    from ...props.handles import ArapHandle
+    from ..props.handles import ArapHandle
 
 # How far a motion may be from the wanted one. For its shift: as seen, as a fraction of the diagonal.
 AT_PLACE = 1e-4
