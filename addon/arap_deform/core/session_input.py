@@ -28,13 +28,13 @@ class GroupHold:
 
     Attributes:
         is_exact, reach: see HandleSpec.
-        shape_id: a number that changes with the shape that it holds; 0: that of the mesh at rest.
+        base_id: a number that changes with its base; 0: the mesh at rest.
     """
 
     group: str
     is_exact: bool = True
     reach: float = 0.0
-    shape_id: int = 0
+    base_id: int = 0
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from ..core.arrays import Floats
 from ..core.carry.probe import probed
 from ..core.transforms import applied_map, has_no_inverse, inverted
 from ..props import hooks
+from ..props.base_shape import turn_bases
 from ..scene import known, meshes
 from ..scene.registration import for_each
 from .scene import is_rendering
@@ -44,10 +45,7 @@ def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:
     """``to_now``: (4, 4) from the former coordinates of the mesh to the present ones."""
     settings = obj.arap
     is_flat = has_no_inverse(to_now)
-    for entry in (*settings.pins, *settings.handles):
-        vertices, offsets, n = entry.shape
-        if n:
-            entry.set_shape(vertices, offsets @ to_now[:3, :3].T, n)
+    turn_bases(obj.data, to_now[:3, :3])
     for handle in settings.handles:
         if is_flat:  # where it rests on a flat mesh cannot be told, and its list says so
             handle.rest_matrix = (0.0,) * 16

@@ -30,13 +30,13 @@ class PoseState:
     Attributes:
         key: values and slider of the live key.
         transforms: of every object and bone that moves a handle.
-        shapes: that pins and handles hold.
+        bases: of pins and handles.
     """
 
     uid: int
     key: pose_key.KeyState
     transforms: Transforms
-    shapes: staying.Shapes
+    bases: staying.Bases
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -89,7 +89,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     shape_keys.shift_all(obj, key, pose_key.shown_positions(obj, meshes.read_rest(obj)))
     rests = _rest_matrices(obj)
     _set_rest_here(obj, depsgraph)
-    placing.forget_shapes(obj)
+    placing.forget_bases(obj)
     _follow_new_rest(obj, rests)
     sessions.drop(obj.session_uid)
 
@@ -129,8 +129,8 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
-    key, transforms, shapes = pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj)
-    return PoseState(known.add(obj), key, transforms, shapes)
+    key, transforms, bases = pose_key.capture(obj), capture_transforms(obj), staying.capture_bases(obj)
+    return PoseState(known.add(obj), key, transforms, bases)
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
@@ -144,7 +144,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     """
     sessions.check_free(obj)
     restore_transforms(state.transforms)
-    added = staying.restore_shapes(obj, state.shapes)
+    added = staying.restore_bases(obj, state.bases)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.session_uid)
     if bound is not None:

@@ -17,7 +17,7 @@ from mathutils import Matrix
 
 from ..core.transforms import IDENTITY
 from . import hooks
-from .held_shape import HeldShape
+from .base_shape import BaseShape
 
 
 def _may_be_target(handle: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
@@ -48,7 +48,7 @@ def _on_own_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Co
     entry.has_made_group = False  # as above
 
 
-class ArapPin(HeldShape, bpy.types.PropertyGroup):
+class ArapPin(BaseShape, bpy.types.PropertyGroup):
     """A vertex group that stays where it was when it was added."""
 
     name: StringProperty(
@@ -62,7 +62,7 @@ class ArapPin(HeldShape, bpy.types.PropertyGroup):
     )
 
 
-class ArapHandle(HeldShape, bpy.types.PropertyGroup):
+class ArapHandle(BaseShape, bpy.types.PropertyGroup):
     """A vertex group that follows an object or a bone; or, without a group, what its bone passes through."""
 
     name: StringProperty(
@@ -132,8 +132,8 @@ class ArapHandle(HeldShape, bpy.types.PropertyGroup):
             self.pose_id = 1 + secrets.randbelow(2**31 - 2)
         return int(self.pose_id)
 
-    def forget_shape(self) -> None:
-        super().forget_shape()
+    def forget_base(self) -> None:
+        super().forget_base()
         self.reach = 0.0
 
     @property

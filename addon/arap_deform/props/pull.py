@@ -9,7 +9,7 @@ import numpy as np
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 from numpy.typing import NDArray
 
-from .held_shape import HeldShape
+from .base_shape import BaseShape
 
 
 class ArapPullPin(bpy.types.PropertyGroup):
@@ -45,7 +45,7 @@ class ArapPullPin(bpy.types.PropertyGroup):
         self.vertices_text = base64.b64encode(vertices.astype("<i4").tobytes()).decode()
 
 
-class ArapPullRest(HeldShape, bpy.types.PropertyGroup):
+class ArapPullRest(BaseShape, bpy.types.PropertyGroup):
     """The rest of the mesh as the last drag held it."""
 
 

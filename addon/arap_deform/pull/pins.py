@@ -130,10 +130,10 @@ def remember_rest(obj: bpy.types.Object, hold: HandleSpec | None, start: Float32
         hold: of the rest of the mesh, None if there was none.
         start: (n, 3) the pose when the drag began.
     """
-    obj.arap.pull_rest.forget_shape()
+    obj.arap.pull_rest.forget_base()
     if hold is not None:
         soft = hold.vertices[hold.weights < 1.0]
-        obj.arap.pull_rest.set_shape(soft, start[soft] - meshes.read_rest(obj)[soft], len(start))
+        obj.arap.pull_rest.set_base(soft, start[soft] - meshes.read_rest(obj)[soft])
 
 
 def _hold_as_pulled(obj: bpy.types.Object, pin: ArapPin, hold: HandleSpec, offsets: Float32s) -> None:
@@ -142,7 +142,6 @@ def _hold_as_pulled(obj: bpy.types.Object, pin: ArapPin, hold: HandleSpec, offse
     Args:
         offsets: (n, 3) from rest to what is shown.
     """
-    soft, pulled, n = obj.arap.pull_rest.shape
-    if n == len(offsets):
-        offsets[soft] = pulled
-    pin.set_shape(hold.vertices, offsets[hold.vertices], len(offsets))
+    soft, pulled = obj.arap.pull_rest.base
+    offsets[soft] = pulled
+    pin.set_base(hold.vertices, offsets[hold.vertices])

@@ -35,9 +35,9 @@ def spec_of(entry: ArapPin | ArapHandle, weights: Mapping[str, Floats], rest: Fl
         return HandleSpec(hold.name, np.empty(0, dtype=np.int32), np.empty(0), segment=Segment(ends))
     of_vertices = weights[hold.group]
     vertices = np.flatnonzero(of_vertices > 0.0).astype(np.int32)
-    moved, offsets, n = entry.shape
+    moved, offsets = entry.base
     base = None
-    if n == len(rest):
+    if len(moved):
         base = rest.astype(np.float32)
         base[moved] += offsets
     return HandleSpec(hold.group, vertices, of_vertices[vertices], hold.is_exact, base, hold.reach)

@@ -28,15 +28,15 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
         Names of the handles that something else (animation, a constraint, a driver) keeps elsewhere.
     """
     meshes.check_mesh(obj)
-    forget_shapes(obj)
+    forget_bases(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     return place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
 
 
-def forget_shapes(obj: bpy.types.Object) -> None:
+def forget_bases(obj: bpy.types.Object) -> None:
     """Lets all pins and handles hold the mesh as it is at rest."""
     for entry in (*obj.arap.pins, *obj.arap.handles):
-        entry.forget_shape()
+        entry.forget_base()
 
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:

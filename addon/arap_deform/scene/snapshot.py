@@ -106,12 +106,12 @@ def holds_of(entries: Iterable[ArapPin | ArapHandle]) -> tuple[Hold, ...]:
     for entry in entries:
         group = getattr(entry, "vertex_group", None)
         if group is None:
-            holds.append(GroupHold(entry.name, shape_id=entry.shape_id))
+            holds.append(GroupHold(entry.name, base_id=entry.base_id))
         elif entry.bone and not group:
             holds.append(BoneHold(entry.name, tuple(handle_motion.bone_ends(entry).ravel().tolist())))
         else:
             reach = bounded(entry, "reach") if entry.reach else 0.0
-            holds.append(GroupHold(group, entry.is_exact, reach, entry.shape_id))
+            holds.append(GroupHold(group, entry.is_exact, reach, entry.base_id))
     return tuple(holds)
 
 

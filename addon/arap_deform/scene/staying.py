@@ -15,6 +15,7 @@ from ..core.patches import Point, diagonal_of, without_points
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import has_no_inverse, inverted, transformed
 from ..core.unbound import Pulls
+from ..props import base_shape
 from . import handle_motion, meshes, pose_key
 from .held import HeldMesh
 from .inputs import has_group
@@ -23,9 +24,6 @@ from .registration import postponed
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
     from .held import Entry
-
-Shapes = dict[tuple[str | int, ...], tuple[str, int, float]]
-"""What pins and handles hold, as saved: text and number of the shape, and reach; by the name or number."""
 
 AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
 
@@ -63,7 +61,7 @@ def stay(
         use_nodes: see versions.read_group_weights().
     """
     for entry in added:
-        entry.forget_shape()
+        entry.forget_base()
     rest = meshes.read_rest(obj)
     shown = pose_key.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
@@ -74,22 +72,35 @@ def stay(
         _hold_shown(held, entries)
 
 
-def capture_shapes(obj: bpy.types.Object) -> Shapes:
-    """What restore_shapes() restores."""
-    return {
-        place: (entry.shape_text, entry.shape_id, getattr(entry, "reach", 0.0)) for place, entry in _places(obj).items()
-    }
+@dataclass(frozen=True)
+class Bases:
+    """What pins and handles hold. No Blender data.
+
+    Attributes:
+        entries: numbers of their bases, and reaches; by what says which entry it is.
+        layers: the bases, see base_shape.capture().
+    """
+
+    entries: dict[tuple[str | int, ...], tuple[int, float]]
+    layers: list[base_shape.Layer]
 
 
-def restore_shapes(obj: bpy.types.Object, shapes: Shapes) -> list[Entry]:
-    """Restores what capture_shapes() returned; returns the pins and handles that are new since then."""
+def capture_bases(obj: bpy.types.Object) -> Bases:
+    """What restore_bases() restores."""
+    entries = {place: (entry.base_id, getattr(entry, "reach", 0.0)) for place, entry in _places(obj).items()}
+    return Bases(entries, base_shape.capture(obj.data))
+
+
+def restore_bases(obj: bpy.types.Object, former: Bases) -> list[Entry]:
+    """Restores what capture_bases() returned; returns the pins and handles that are new since then."""
     places = _places(obj)
-    for place in places.keys() & shapes.keys():
+    for place in places.keys() & former.entries.keys():
         entry = places[place]
-        entry.shape_text, entry.shape_id, reach = shapes[place]
+        entry.base_id, reach = former.entries[place]
         if hasattr(entry, "reach"):
             entry.reach = reach
-    return [entry for place, entry in places.items() if place not in shapes]
+    base_shape.restore(obj.data, former.layers)
+    return [entry for place, entry in places.items() if place not in former.entries]
 
 
 def _places(obj: bpy.types.Object) -> dict[tuple[str | int, ...], Entry]:
@@ -150,7 +161,7 @@ def _keep_points(held: HeldMesh, entries: Sequence[_Entry]) -> None:
         averages = np.array([patch.weights @ base[patch.vertices] for patch in former])
         pulls = transformed(entries[i].matrix, averages) - [p.weights @ held.shown[p.vertices] for p in former]
         vertices = np.unique(np.concatenate([specs[i].vertices, *(patch.vertices for patch in present)]))
-        _set_shape(held, entries[i], vertices, held.shown[vertices] + pulls.mean(axis=0))
+        _set_base(held, entries[i], vertices, held.shown[vertices] + pulls.mean(axis=0))
 
 
 def _hold_shown(held: HeldMesh, entries: Sequence[_Entry]) -> None:
@@ -175,7 +186,7 @@ def _hold_shown(held: HeldMesh, entries: Sequence[_Entry]) -> None:
         vertices = np.unique(np.concatenate([specs[i].vertices, *(patch.vertices for patch in patches)]))
         places = held.shown[vertices]
         places[np.searchsorted(vertices, spec.vertices)] = targets
-        _set_shape(held, entry, vertices, places)
+        _set_base(held, entry, vertices, places)
         if entry.is_enabled:
             pulls.add(spec.vertices, spec.weights, targets)
 
@@ -187,7 +198,7 @@ def _is_shown(held: HeldMesh, entry: _Entry, patch: Patch) -> bool:
     return bool(np.linalg.norm(off) <= AT_PLACE * diagonal_of(held.surface.seen))
 
 
-def _set_shape(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -> None:
+def _set_base(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -> None:
     """Lets an entry hold the vertices so that it pulls them to (k, 3) ``targets`` where it is now."""
     is_own = vertices < held.n_own
     vertices, targets = vertices[is_own], targets[is_own]
@@ -197,7 +208,7 @@ def _set_shape(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -
     back: Floats = inverted(entry.matrix)
     offsets = transformed(back, targets) - held.mesh.rest_positions[vertices]
     if np.abs(offsets @ held.stretch.T).max() > AT_PLACE * diagonal_of(held.surface.seen):
-        entry.entry.set_shape(vertices, offsets, held.n_own)
+        entry.entry.set_base(vertices, offsets)
 
 
 def _empty(spec: HandleSpec) -> HandleSpec:

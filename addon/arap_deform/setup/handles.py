@@ -123,14 +123,14 @@ def add_handles_for(
 @contextmanager
 def all_or_none(obj: bpy.types.Object) -> Iterator[int]:
     """While handles are added, from the index that it yields on: if one cannot be, none is."""
-    first, active, shapes = len(obj.arap.handles), obj.arap.active_handle_index, staying.capture_shapes(obj)
+    first, active, bases = len(obj.arap.handles), obj.arap.active_handle_index, staying.capture_bases(obj)
     try:
         yield first
     except BaseException:
         for index in reversed(range(first, len(obj.arap.handles))):
             remove_handle(obj, index)
         obj.arap.active_handle_index = active
-        staying.restore_shapes(obj, shapes)
+        staying.restore_bases(obj, bases)
         raise
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ..props.base_shape import BaseShape
 from ..scene import groups, meshes, staying
 from ..scene.groups import VertexIndices
 
@@ -71,6 +72,8 @@ class GroupList:
         items = getattr(obj.arap, self.items)
         item = self.at(obj, index)
         group = getattr(item, self.group) if item.has_made_group else ""
+        if isinstance(item, BaseShape):
+            item.forget_base()
         items.remove(index)
         count_rows(obj)
         setattr(obj.arap, self.active, max(0, min(getattr(obj.arap, self.active), len(items) - 1)))

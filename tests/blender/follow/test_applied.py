@@ -79,7 +79,7 @@ class AppliedTest(SceneTest):
         obj = solved(matrix=PLACED)
         self.api.add_pin(obj, MIDDLE, name="Waist")
         self.api.solve(obj)
-        self.assertTrue(obj.arap.pins[1].shape_id)
+        self.assertTrue(obj.arap.pins[1].base_id)
         self.assert_stays(obj)
 
     def test_a_bone_without_a_group(self):

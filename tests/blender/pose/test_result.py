@@ -10,7 +10,10 @@ from tubes import MIDDLE, SEGMENTS, TOP, armature, bend, empty_at, move, own_key
 def held_shapes(obj):
     """What pins and handles hold, by name."""
     entries = (*obj.arap.pins, *obj.arap.handles)
-    return {entry.name: (entry.shape_text, entry.shape_id, getattr(entry, "reach", 0.0)) for entry in entries}
+    return {
+        entry.name: (entry.base_id, *(array.tolist() for array in entry.base), getattr(entry, "reach", 0.0))
+        for entry in entries
+    }
 
 
 class ResultTest(SceneTest):
