@@ -12,7 +12,7 @@ from types import ModuleType
 MODULES = {
     "props": ("pull", "preferences", "handles", "poses", "carry", "object"),
     "scene": ("remembered", "redraw"),
-    "follow": ("applied",),
+    "engine": ("applied",),
     "ui": ("panels", "edit_mode", "waiting", "esc"),
     "setup": (
         "handle_changes",
@@ -24,7 +24,7 @@ MODULES = {
         "group_operators",
         "panels",
     ),
-    "live": ("runs",),
+    "follow": ("runs",),
     "show": ("overlay", "panel"),
     "pose": ("undo", "operators"),
     "cages": ("operators",),

@@ -64,7 +64,7 @@ from .bake.keys import bake_animation
 from .cages.make import make_cage
 from .carry.lists import carry_along, stop_carrying
 from .core.background import Cancelled
-from .follow.update import end_session, prepare_session, update_pose
+from .engine.update import end_session, prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
 from .pose.solve import begin_solve, solve
 from .poses.keys import poses_to_keys

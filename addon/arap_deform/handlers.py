@@ -15,8 +15,8 @@ from bpy.app.handlers import persistent
 
 from .carry import run as carry
 from .core import sessions
-from .follow import applied
-from .live import runs
+from .engine import applied
+from .follow import runs
 from .pose import run as posing
 from .pose import undo
 from .pull import draw, region, seen_mesh, tool

@@ -127,7 +127,7 @@ def act_in_another_mode(monkey: Monkey) -> None:
     monkey.select(monkey.mesh())
     bpy.ops.object.mode_set(mode=monkey.choice(MODES))
     for _ in range(monkey.random.randint(0, 3)):
-        monkey.choice([solve, move, change_frame, toggle_live, bake_pose, reset_pose, store_pose])(monkey)
+        monkey.choice([solve, move, change_frame, toggle_follow, bake_pose, reset_pose, store_pose])(monkey)
 
 
 def modifiers(monkey: Monkey) -> None:
@@ -470,9 +470,9 @@ def export(monkey: Monkey) -> None:
 
 
 @add_on
-def toggle_live(monkey: Monkey) -> None:
+def toggle_follow(monkey: Monkey) -> None:
     obj = monkey.mesh()
-    obj.arap.is_live = not obj.arap.is_live
+    obj.arap.use_follow = not obj.arap.use_follow
     bpy.context.view_layer.update()
 
 
@@ -598,7 +598,7 @@ def act_beside_a_job(monkey: Monkey) -> None:
     obj = monkey.mesh()
     job = monkey.api.begin_solve(obj)
     try:
-        for act in (solve, bake_animation, toggle_live, move, change_frame):
+        for act in (solve, bake_animation, toggle_follow, move, change_frame):
             tried(act, monkey)
         for _ in range(3):
             if not job.step():
@@ -609,7 +609,7 @@ def act_beside_a_job(monkey: Monkey) -> None:
 
 
 ACTS: dict[Act, int] = {
-    operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, carry_along: 4, toggle_live: 4, use_pose: 4,
+    operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, carry_along: 4, toggle_follow: 4, use_pose: 4,
     use_session: 4, pose_together: 3, new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2,
     export: 2, keyframe: 2, change_key: 2, show_all: 2,
 } | dict.fromkeys([

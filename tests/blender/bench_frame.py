@@ -59,7 +59,7 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
     """Frames of so many iterations, each step timed."""
     import bpy
 
-    update, watch = importlib.import_module(f"{package}.follow.update"), Stopwatch()
+    update, watch = importlib.import_module(f"{package}.engine.update"), Stopwatch()
     obj.arap.iterations_per_update = iterations
     start = time.perf_counter()
     session = update.prepare_session(obj)
@@ -91,9 +91,9 @@ def act_frames(package: str, obj) -> Milliseconds:
     """Frames as the posing act does them: within its limit of time."""
     import bpy
 
-    update = importlib.import_module(f"{package}.follow.update")
+    update = importlib.import_module(f"{package}.engine.update")
     pose = importlib.import_module(f"{package}.pose.scene")
-    pose_act = importlib.import_module(f"{package}.follow.act")
+    pose_act = importlib.import_module(f"{package}.engine.act")
     obj.arap.property_unset("iterations_per_update")
     update.prepare_session(obj)
     scene = pose.BlenderPoseScene(obj)

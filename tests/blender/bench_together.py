@@ -62,7 +62,7 @@ def bench(package: str, n_vertices: int, n_meshes: int) -> dict[str, object]:
     import bpy
 
     api = importlib.import_module(f"{package}.api")
-    update, watch = importlib.import_module(f"{package}.follow.update"), Stopwatch()
+    update, watch = importlib.import_module(f"{package}.engine.update"), Stopwatch()
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     pieces = [ball(f"Ball {k}", n_vertices // n_meshes, 1.5 * k) for k in range(n_meshes)]
     bpy.context.view_layer.update()

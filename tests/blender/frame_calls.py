@@ -49,7 +49,7 @@ def frame_of_follow(package: str) -> dict[str, int]:
     import bpy
 
     api = importlib.import_module(f"{package}.api")
-    runs, run = importlib.import_module(f"{package}.live.runs"), importlib.import_module(f"{package}.live.run")
+    runs, run = importlib.import_module(f"{package}.follow.runs"), importlib.import_module(f"{package}.follow.run")
     known = importlib.import_module(f"{package}.scene.known")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     obj, groups = creature_object(10_000)
@@ -57,7 +57,7 @@ def frame_of_follow(package: str) -> dict[str, int]:
         api.add_pin(obj, groups[name], name=name)
     for name in DRAGS:
         api.add_handle(obj, groups[name], name=name)
-    obj.arap.is_live = True
+    obj.arap.use_follow = True
     bpy.context.view_layer.update()  # binds and settles
     calls = Calls(Path(api.__file__).parent)
     live = runs.run_of(obj)

@@ -25,7 +25,7 @@ def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
 
 def unfit(obj: bpy.types.Object, *, is_thorough: bool = False) -> str:
     """Why the live session does not fit the scene, '' if it does."""
-    frame, bound = module("follow.frame"), module("core.sessions").get(obj.session_uid)
+    frame, bound = module("engine.frame"), module("core.sessions").get(obj.session_uid)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     problem = frame.look(obj, depsgraph, bound)[1]
     return problem or (frame.look_closely(obj, depsgraph, bound) if is_thorough else "")

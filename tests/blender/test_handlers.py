@@ -11,7 +11,7 @@ import support
 from looks import shown_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, linked_back, module
-from tubes import BOTTOM, TOP, bend, empty_at, live_tube, mesh_object, move
+from tubes import BOTTOM, TOP, bend, empty_at, following_tube, mesh_object, move
 
 LISTS = ("depsgraph_update_post", "frame_change_post", "undo_post", "redo_post", "load_post")
 
@@ -22,7 +22,7 @@ def own_handlers(name):
 
 class EarsTest(SceneTest):
     def test_one_handler_each(self):
-        live_tube()
+        following_tube()
         self.assertEqual({name: len(own_handlers(name)) for name in LISTS}, dict.fromkeys(LISTS, 1))
 
     def n_calls(self, n_objects):
@@ -62,8 +62,8 @@ class EarsTest(SceneTest):
         self.assertEqual(few, many)
 
     def test_a_fault_with_one_object_keeps_no_other_from_its_turn(self):
-        tubes = [live_tube("A"), live_tube("B")]
-        applied = module("follow.applied")
+        tubes = [following_tube("A"), following_tube("B")]
+        applied = module("engine.applied")
         plain, looked = applied.look, []
 
         def look(obj):
@@ -83,14 +83,14 @@ class EarsTest(SceneTest):
 class IdentityTest(SceneTest):
     def setUp(self):
         super().setUp()
-        self.known, self.live = module("scene.known"), module("live.runs")
+        self.known, self.follow = module("scene.known"), module("follow.runs")
 
     def test_meshes_that_swap_their_names_keep_their_shapes(self):
-        a, b = live_tube("A"), mesh_object("B")
+        a, b = following_tube("A"), mesh_object("B")
         b.data.transform(Matrix.Scale(2.0, 4))
         self.api.add_pin(b, BOTTOM)
         self.api.add_handle(b, TOP)
-        b.arap.is_live = True
+        b.arap.use_follow = True
         for obj in (a, b):
             bend(obj)
         a.name = "Other"
@@ -102,16 +102,16 @@ class IdentityTest(SceneTest):
 
     def test_a_copy_that_takes_the_place_of_its_original_follows(self):
         """The file has as many objects as before."""
-        obj = live_tube()
+        obj = following_tube()
         copy = obj.copy()
         copy.data = obj.data.copy()
         self.scene.collection.objects.link(copy)
         bpy.data.objects.remove(obj)
         bpy.context.view_layer.update()
-        self.assertEqual(list(self.live._runs), [copy.session_uid])
+        self.assertEqual(list(self.follow._runs), [copy.session_uid])
 
     def test_as_many_objects_appended_as_removed_are_seen(self):
-        obj = live_tube()
+        obj = following_tube()
         path = str(self.new_folder() / "tube.blend")
         bpy.data.libraries.write(path, {obj})
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -124,7 +124,7 @@ class IdentityTest(SceneTest):
             bpy.context.scene.collection.objects.link(new)
         self.assertEqual(len(bpy.data.objects), 2)
         bpy.context.view_layer.update()
-        self.assertEqual(list(self.live._runs), [bpy.data.objects["Tube"].session_uid])
+        self.assertEqual(list(self.follow._runs), [bpy.data.objects["Tube"].session_uid])
 
     def test_a_linked_object_is_found_by_its_uid_beside_a_local_one_of_its_name(self):
         (linked,) = linked_back(mesh_object(), "Tube")
@@ -139,7 +139,7 @@ class IdentityTest(SceneTest):
         self.assertIsNone(self.known.find_in(self.scene, linked.session_uid))
 
     def test_what_is_removed_is_forgotten_and_what_undo_brings_is_known(self):
-        obj = live_tube()
+        obj = following_tube()
         uid = obj.session_uid
         bpy.ops.ed.undo_push(message="there")
         bpy.data.objects.remove(obj)
@@ -149,4 +149,4 @@ class IdentityTest(SceneTest):
         self.assertNotIn(uid, self.known._keys)
         bpy.ops.ed.undo()
         self.assertEqual(self.known.find(uid), bpy.data.objects["Tube"])
-        self.assertEqual(list(self.live._runs), [uid])
+        self.assertEqual(list(self.follow._runs), [uid])

@@ -104,21 +104,23 @@ class HostileTest(SceneTest):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         obj = solved()
         rest = rest_positions(obj)
-        with mock.patch.object(module("live.runs"), "_begin"):
-            obj.arap.is_live = True
+        with mock.patch.object(module("follow.runs"), "_begin"):
+            obj.arap.use_follow = True
             make_hostile(obj)
             with tempfile.TemporaryDirectory() as folder:
                 path = str(Path(folder) / "hostile.blend")
                 bpy.ops.wm.save_as_mainfile(filepath=path)
-                with mock.patch.object(module("live.runs"), "_begin", self._begin):
+                with mock.patch.object(module("follow.runs"), "_begin", self._begin):
                     bpy.ops.wm.open_mainfile(filepath=path)
         return next(obj for obj in bpy.data.objects if obj.type == "MESH"), rest
 
     def test_a_hostile_file_is_opened_at_once_and_hurts_nobody(self):
-        self._begin = module("live.runs")._begin
+        self._begin = module("follow.runs")._begin
         sessions = module("core.sessions")
-        self.addCleanup(setattr, module("live.scene"), "SCRIPT_TIME_LIMIT_S", module("live.scene").SCRIPT_TIME_LIMIT_S)
-        module("live.scene").SCRIPT_TIME_LIMIT_S = 0.5
+        self.addCleanup(
+            setattr, module("follow.scene"), "SCRIPT_TIME_LIMIT_S", module("follow.scene").SCRIPT_TIME_LIMIT_S
+        )
+        module("follow.scene").SCRIPT_TIME_LIMIT_S = 0.5
         for make_hostile in hostile.KINDS:
             with self.subTest(kind=make_hostile.__name__):
                 said = io.StringIO()

@@ -92,10 +92,10 @@ def bend(obj: bpy.types.Object) -> None:
     move(obj.arap.handles[0].target, (0.0, 1.0, -0.6), (-0.9, 0.0, 0.2))
 
 
-def live_tube(name: str = "Tube") -> bpy.types.Object:
+def following_tube(name: str = "Tube") -> bpy.types.Object:
     """posable(), which follows."""
     obj = posable(name)
-    obj.arap.is_live = True
+    obj.arap.use_follow = True
     bpy.context.view_layer.update()
     return obj
 

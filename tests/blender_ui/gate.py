@@ -57,17 +57,17 @@ def held_shapes(job_class: Any) -> Iterator[Gate]:
 
 
 @contextmanager
-def held_settling(follower_class: Any) -> Iterator[Gate]:
+def held_settling(tracker_class: Any) -> Iterator[Gate]:
     """Lets meshes follow their handles, but not settle."""
     gate = Gate()
-    take = follower_class._take
+    take = tracker_class._take
 
     def unsettled_take(follower: Any, readout: Any) -> None:
         take(follower, readout)
         follower.is_settled = False
 
-    def held_refine(_follower: Any, _time_limit_s: float) -> None:
+    def held_refine(_tracker: Any, _time_limit_s: float) -> None:
         gate.hold()
 
-    with patch.multiple(follower_class, _take=unsettled_take, refine=held_refine):
+    with patch.multiple(tracker_class, _take=unsettled_take, refine=held_refine):
         yield gate

@@ -87,14 +87,14 @@ class Ui:
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
-        self.following: Any = importlib.import_module(f"{MODULE}.core.following")
+        self.following: Any = importlib.import_module(f"{MODULE}.core.tracker")
         self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
         self.background: Any = importlib.import_module(f"{MODULE}.core.background")
         self.handle_motion: Any = importlib.import_module(f"{MODULE}.scene.handle_motion")
         self.meshes: Any = importlib.import_module(f"{MODULE}.scene.meshes")
         self.pose_key: Any = importlib.import_module(f"{MODULE}.scene.pose_key")
-        self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
-        self.live_run: Any = importlib.import_module(f"{MODULE}.live.run")
+        self.follow: Any = importlib.import_module(f"{MODULE}.follow.runs")
+        self.follow_run: Any = importlib.import_module(f"{MODULE}.follow.run")
         self.overlay: Any = importlib.import_module(f"{MODULE}.show.overlay")
         self.solve: Any = importlib.import_module(f"{MODULE}.pose.solve")
         self.preferences: Any = importlib.import_module(f"{MODULE}.props.preferences")
@@ -130,7 +130,7 @@ class Ui:
 
     def held_settling(self) -> AbstractContextManager[Gate]:
         """As gate.held_settling()."""
-        return self._held(gate.held_settling(self.following.Follower))
+        return self._held(gate.held_settling(self.following.HandleTracker))
 
     @property
     def window(self) -> bpy.types.Window:

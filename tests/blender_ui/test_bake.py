@@ -88,15 +88,15 @@ def test_edit_again_leads_back_to_following(ui: Ui) -> Steps:
     """A bake while the mesh follows: no warning, one click goes on, and one undo takes that back."""
     animate(ui, 4)
     obj = bar()
-    obj.arap.is_live = True
+    obj.arap.use_follow = True
     ui.select(obj)
-    yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh follows")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).is_settled, "the mesh follows")
     ui.open_panels("ARAP_PT_bake")
     yield from ui.open_tab()
     ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=4)
     bpy.ops.ed.undo_push(message="baked")
-    yield from ui.until(lambda: ui.live.run_of(bar()).pause != "", "Live waits")
-    assert (bar().arap.is_live, bar().arap.live_problem) == (True, "")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).pause != "", "Follow waits")
+    assert (bar().arap.use_follow, bar().arap.follow_error) == (True, "")
     assert not ui.can(bpy.ops.arap.pose)
     yield from ui.screenshot("baked")
     ui.call(bpy.ops.arap.edit_again)
@@ -106,7 +106,7 @@ def test_edit_again_leads_back_to_following(ui: Ui) -> Steps:
     assert key_names() == ["Basis", "ARAP"], "Adjust Last Operation removes the bake"
     handle().animation_data_clear()
     handle().location.x = 2.0
-    yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh follows again")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).is_settled, "the mesh follows again")
     np.testing.assert_allclose(scenes.shown_positions(bar())[scenes.top(), 0].mean(), 2.0, atol=NEAR)
     yield from ui.screenshot("again")
     yield from ui.undo()

@@ -7,7 +7,7 @@ import numpy as np
 import scenes
 from harness import Steps, Ui
 from mathutils import Matrix
-from test_live import assert_followed, bar, begin, drag, settle
+from test_follow import assert_followed, bar, begin, drag, settle
 
 KEY = "ARAP"
 

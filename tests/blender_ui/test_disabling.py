@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import scenes
-import test_live
+import test_follow
 import test_pose
 import test_pull
 from harness import MODULE, Steps, Ui
@@ -36,14 +36,14 @@ def test_disabled_within_a_pose(ui: Ui) -> Steps:
         yield from enable(ui)
 
 
-def test_live_goes_on_after_it_was_disabled(ui: Ui) -> Steps:
-    yield from test_live.begin(ui)
+def test_follow_goes_on_after_it_was_disabled(ui: Ui) -> Steps:
+    yield from test_follow.begin(ui)
     yield from disable()
     yield from enable(ui)
-    yield from test_live.settle(ui)
-    yield from test_live.drag(ui)
-    yield from test_live.settle(ui)
-    test_live.assert_followed(ui)
+    yield from test_follow.settle(ui)
+    yield from test_follow.drag(ui)
+    yield from test_follow.settle(ui)
+    test_follow.assert_followed(ui)
 
 
 def test_disabled_while_a_mesh_that_follows_is_prepared(ui: Ui) -> Steps:
@@ -53,7 +53,7 @@ def test_disabled_while_a_mesh_that_follows_is_prepared(ui: Ui) -> Steps:
         keymap = bpy.context.window_manager.keyconfigs.addon.keymaps["3D View"]
         return any(item.idname == "arap.preparing_cancel" for item in keymap.keymap_items)
 
-    yield from test_live.begin(ui)
+    yield from test_follow.begin(ui)
     for _ in range(2):
         with ui.held_stage():
             ui.sessions.drop(bpy.data.objects["Bar"].session_uid)
@@ -64,8 +64,8 @@ def test_disabled_while_a_mesh_that_follows_is_prepared(ui: Ui) -> Steps:
             assert not has_key()
         ui.view.tag_redraw()
         yield from enable(ui)
-        yield from test_live.settle(ui)
-    test_live.assert_followed(ui)
+        yield from test_follow.settle(ui)
+    test_follow.assert_followed(ui)
 
 
 def test_disabled_within_a_blend(ui: Ui) -> Steps:

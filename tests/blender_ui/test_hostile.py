@@ -15,20 +15,20 @@ from harness import Steps, Ui, sub_panels
 
 
 def save_hostile(ui: Ui, make_hostile: Callable[[bpy.types.Object], None], path: Path) -> None:
-    """A posed mesh that is live, while Live sleeps, made hostile and saved."""
+    """A posed mesh that is live, while Follow sleeps, made hostile and saved."""
     obj = scenes.add_held_grid(ui.api)
     bpy.data.objects["Other Edge"].location.z += 0.4
     bpy.context.view_layer.update()
     ui.api.solve(obj)
     bpy.context.view_layer.objects.active = obj
-    begin = ui.live._begin
-    ui.live._begin = lambda *_, **__: None
+    begin = ui.follow._begin
+    ui.follow._begin = lambda *_, **__: None
     try:
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         make_hostile(obj)
         bpy.ops.wm.save_as_mainfile(filepath=str(path))
     finally:
-        ui.live._begin = begin
+        ui.follow._begin = begin
 
 
 def test_hostile_files_are_drawn_and_pulled(ui: Ui) -> Steps:
@@ -41,14 +41,14 @@ def test_hostile_files_are_drawn_and_pulled(ui: Ui) -> Steps:
         yield
         yield from ui.open_tab()
         obj = bpy.context.view_layer.objects.active
-        run = ui.live.run_of(obj)
+        run = ui.follow.run_of(obj)
         assert (run.is_settled, run.wants_timer, ui.sessions.get(obj.session_uid)) == (True, bool(run.pause), None)
         for place in ((0.2, 0.0, 0.2), (0.0, 0.3, 0.2)):
             yield from test_pull.point_at(ui, place)
             ui.view.tag_redraw()
             yield
         yield from ui.screenshot(make_hostile.__name__)
-        obj.arap.is_live = False
+        obj.arap.use_follow = False
         yield from test_pull.press(ui, (0.0, 0.3, 0.2))
         ui.event("LEFTMOUSE", "RELEASE")
         yield from ui.until_free()

@@ -23,7 +23,7 @@ import numpy as np
 import scenes
 import test_pull
 from harness import Steps, Ui
-from test_live import add_second_bar
+from test_follow import add_second_bar
 
 N_ACTS = int(os.environ.get("ARAP_MONKEY_ACTS", "100"))
 MINUTES = float(os.environ.get("ARAP_MONKEY_MINUTES", "0"))
@@ -46,7 +46,7 @@ class Monkey:
         self.edited: set[str] = set()
         self.acts: list[Callable[[], Steps]] = [
             *[self.drag_object] * 4, *[self.drag_surface] * 4, *[self.undo] * 3, *[self.redo] * 2, *[self.select] * 2,
-            self.begin_pose, self.enter, self.escape, self.click_surface, self.call_operator, self.switch_live,
+            self.begin_pose, self.enter, self.escape, self.click_surface, self.call_operator, self.switch_follow,
             self.change_frame, self.play, self.change_mode, self.change_setting, self.rename, self.rename_group,
             self.duplicate, self.delete, self.hide, self.save_and_open, self.change_scene, self.press_key,
         ]  # fmt: skip
@@ -166,10 +166,10 @@ class Monkey:
         if name == "apply_pose_as_rest":
             self.remember_rests()
 
-    def switch_live(self) -> Steps:
+    def switch_follow(self) -> Steps:
         obj = self.pick(self.meshes())
         if obj is not None:
-            obj.arap.is_live = not obj.arap.is_live
+            obj.arap.use_follow = not obj.arap.use_follow
         yield
 
     def change_frame(self) -> Steps:
@@ -303,7 +303,7 @@ class Monkey:
         for _ in range(3):
             yield from self.ui.key("ESC")
         for obj in self.meshes():
-            obj.arap.is_live = False
+            obj.arap.use_follow = False
         yield from self.ui.until_free()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import scenes
 from camera import begin_pull, look, open_creature
 from harness import Steps, Ui
-from test_live import make_cage, move_selected
+from test_follow import make_cage, move_selected
 from test_overlay import show_all
 from test_pose import bar, begin, drag, handle, select_vertices
 from test_weight_paint import take_brush
@@ -115,7 +115,7 @@ def draw_creature(ui: Ui) -> Steps:
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
     ui.call(bpy.ops.view3d.view_selected)
     yield from ui.screenshot("creature")
-    assert creature.arap.live_problem == ""
+    assert creature.arap.follow_error == ""
 
 
 def draw_cage(ui: Ui) -> Steps:
@@ -224,7 +224,7 @@ def test_a_new_handle_is_in_hand_and_the_mesh_follows(ui: Ui) -> Steps:
     yield
     assert (bpy.context.object, bar().mode, bar().select_get()) == (handle(), "OBJECT", False)
     assert bpy.context.object.select_get()
-    yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh is ready")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).is_settled, "the mesh is ready")
     yield from drag(ui)
     yield from ui.until(lambda: top_x() > 0.9, "the mesh follows")
     assert tuple(bar().location) == (0.0, 0.0, 0.0)

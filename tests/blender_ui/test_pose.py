@@ -104,7 +104,7 @@ def test_handles_pose_enter_undo_redo(ui: Ui) -> Steps:
     ui.call(bpy.ops.arap.handle_add, "EXEC_DEFAULT", True, name="Top")
     yield from ui.screenshot("handle_added")
     assert bar().mode == "EDIT"
-    bar().arap.is_live = False  # or it makes the key before the act does
+    bar().arap.use_follow = False  # or it makes the key before the act does
     assert (handle().location - Vector(rest[scenes.top()].mean(axis=0))).length < NEAR
     yield from ui.key("TAB")
     ui.select(handle())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pose library in a window: its panel, its acts as steps of undo, with posing and Live, progress and Esc."""
+"""The pose library in a window: its panel, its acts as steps of undo, with posing and Follow, progress and Esc."""
 
 import tempfile
 from pathlib import Path
@@ -174,12 +174,12 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     assert not bar().modifiers
 
 
-def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
-    """What Live has given up is not tried again by the undo of a later act."""
+def test_undo_of_an_act_leaves_follow_off(ui: Ui) -> Steps:
+    """What Follow has given up is not tried again by the undo of a later act."""
     bent = add_poses(ui)
     yield from ui.move_mouse_to_view()
     for operator, options in ((bpy.ops.arap.poses_apply, {"pose": "Straight"}), (bpy.ops.arap.poses_to_keys, {})):
-        bar().arap.live_problem = "Follow is off"
+        bar().arap.follow_error = "Follow is off"
         bpy.ops.ed.undo_push(message="given up")
         ui.call(operator, "EXEC_DEFAULT", True, **options)
         yield
@@ -187,4 +187,4 @@ def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
         yield from ui.undo()
         assert "Bent" not in key_names()
         np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
-        assert not bar().arap.is_live
+        assert not bar().arap.use_follow

@@ -36,12 +36,12 @@ def begin(ui: Ui, n: int = N) -> Steps:
     yield
 
 
-def begin_live(ui: Ui) -> Steps:
+def begin_follow(ui: Ui) -> Steps:
     """The same with one edge pinned and the other one on a handle, live."""
     yield from begin(ui)
     scenes.hold(ui.api, sheet(), N)
-    sheet().arap.is_live = True
-    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "Live has settled")
+    sheet().arap.use_follow = True
+    yield from ui.until(lambda: ui.follow.run_of(sheet()).is_settled, "Follow has settled")
 
 
 def refusal(ui: Ui) -> str:
@@ -328,7 +328,7 @@ def test_pull_becomes_handles(ui: Ui) -> Steps:
     assert len(settings.pull_pins) == 0
     assert [handle.name for handle in settings.handles] == ["Middle"]
     assert [pin.name for pin in settings.pins] == ["Everything Else"]
-    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "the mesh follows")
+    yield from ui.until(lambda: ui.follow.run_of(sheet()).is_settled, "the mesh follows")
     np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-4)
     yield from ui.screenshot("handles")
     assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
@@ -451,9 +451,9 @@ def test_pull_undone_while_it_binds(ui: Ui) -> Steps:
 
 def test_a_pull_ends_following(ui: Ui) -> Steps:
     """The mesh keeps the pull: Follow is off. Esc and undo leave it on. Made into handles, a pull stays with Follow."""
-    yield from begin_live(ui)
+    yield from begin_follow(ui)
     sheet().arap.handles[0].target.location.y += 0.3
-    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "the mesh follows")
+    yield from ui.until(lambda: ui.follow.run_of(sheet()).is_settled, "the mesh follows")
     bpy.ops.ed.undo_push(message="moved")
     yield
     start = scenes.shown_positions(sheet())
@@ -462,26 +462,26 @@ def test_a_pull_ends_following(ui: Ui) -> Steps:
     yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - start).max() > 0.1, "it is pulled")
     yield from ui.key("ESC")
     yield from release(ui)
-    assert sheet().arap.is_live
-    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "it follows again")
+    assert sheet().arap.use_follow
+    yield from ui.until(lambda: ui.follow.run_of(sheet()).is_settled, "it follows again")
     np.testing.assert_allclose(scenes.shown_positions(sheet()), start, atol=1e-3)
 
     yield from pull(ui, (0.0, 0.2, 0.0), (0.0, 0.5, 0.0))
     pulled = scenes.shown_positions(sheet())
     assert np.abs(pulled - start).max() > 0.1
-    assert (sheet().arap.is_live, len(sheet().arap.pull_pins)) == (False, 1)
+    assert (sheet().arap.use_follow, len(sheet().arap.pull_pins)) == (False, 1)
     yield from ui.screenshot("off")
     yield from ui.undo()
-    assert (sheet().arap.is_live, len(sheet().arap.pull_pins)) == (True, 0)
-    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "it follows again")
+    assert (sheet().arap.use_follow, len(sheet().arap.pull_pins)) == (True, 0)
+    yield from ui.until(lambda: ui.follow.run_of(sheet()).is_settled, "it follows again")
     np.testing.assert_allclose(scenes.shown_positions(sheet()), start, atol=1e-3)
 
     yield from ui.redo()
-    assert not sheet().arap.is_live
+    assert not sheet().arap.use_follow
     np.testing.assert_allclose(scenes.shown_positions(sheet()), pulled, atol=1e-6)
     assert ui.call(bpy.ops.arap.pull_make_real) == {"FINISHED"}
-    sheet().arap.is_live = True
-    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "it follows")
+    sheet().arap.use_follow = True
+    yield from ui.until(lambda: ui.follow.run_of(sheet()).is_settled, "it follows")
     np.testing.assert_allclose(scenes.shown_positions(sheet()), pulled, atol=5e-3)
 
 
@@ -502,9 +502,9 @@ def test_pull_ends_on_a_fault(ui: Ui) -> Steps:
     yield from release(ui)
 
 
-def test_pull_and_live(ui: Ui) -> Steps:
+def test_pull_and_follow(ui: Ui) -> Steps:
     """A mesh that follows goes on while another one is pulled."""
-    yield from begin_live(ui)
+    yield from begin_follow(ui)
     rest = scenes.key_positions(sheet())
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20)
     pulled = bpy.context.object
@@ -517,33 +517,33 @@ def test_pull_and_live(ui: Ui) -> Steps:
     yield from grab(ui, (0.0, 0.0, 1.0), (0.2, 0.0, 1.0))
     assert "Pulled" in ui.running
     sheet().arap.handles[0].target.location.y += 0.5
-    yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.4, "Live follows")
+    yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.4, "Follow follows")
     yield from release(ui)
     assert np.abs(scenes.shown_positions(bpy.data.objects["Pulled"]) - flat).max() > 0.15
-    assert sheet().arap.live_problem == ""
+    assert sheet().arap.follow_error == ""
 
-    # Switched on within a pull, Live takes the mesh over once that is over.
+    # Switched on within a pull, Follow takes the mesh over once that is over.
     pulled = bpy.data.objects["Pulled"]
     ui.api.add_pin(pulled, [0], name="Corner")
     ui.api.add_handle(pulled, [399], name="Far")
     yield from grab(ui, (0.0, 0.5, 1.0), (0.2, 0.5, 1.0))
     assert "Pulled" in ui.running
-    bpy.data.objects["Pulled"].arap.is_live = True
-    live = ui.live.run_of(bpy.data.objects["Pulled"])
-    yield from ui.until(lambda: live.pause == "Paused while it is pulled", "Live waits")
+    bpy.data.objects["Pulled"].arap.use_follow = True
+    live = ui.follow.run_of(bpy.data.objects["Pulled"])
+    yield from ui.until(lambda: live.pause == "Paused while it is pulled", "Follow waits")
     yield from release(ui)
     assert len(bpy.data.objects["Pulled"].arap.pull_pins) == 2
-    yield from ui.until(lambda: not ui.live.run_of(bpy.data.objects["Pulled"]).pause, "Live goes on")
-    assert bpy.data.objects["Pulled"].arap.live_problem == ""
+    yield from ui.until(lambda: not ui.follow.run_of(bpy.data.objects["Pulled"]).pause, "Follow goes on")
+    assert bpy.data.objects["Pulled"].arap.follow_error == ""
 
 
-def test_pull_undone_leaves_live_off(ui: Ui) -> Steps:
-    """What Live has given up before a pull stays given up when the pull is undone; the undo before it tries again."""
-    yield from begin_live(ui)
+def test_pull_undone_leaves_follow_off(ui: Ui) -> Steps:
+    """What Follow has given up before a pull stays given up when the pull is undone; the undo before it tries again."""
+    yield from begin_follow(ui)
     bpy.ops.ed.undo_push(message="live")
     sheet().data.shape_keys.key_blocks["ARAP"].mute = True
     sheet().arap.handles[0].target.location.z += 0.5
-    yield from ui.until(lambda: not sheet().arap.is_live, "Live is off")
+    yield from ui.until(lambda: not sheet().arap.use_follow, "Follow is off")
     sheet().data.shape_keys.key_blocks["ARAP"].mute = False
     yield
     before = scenes.shown_positions(sheet())
@@ -552,10 +552,10 @@ def test_pull_undone_leaves_live_off(ui: Ui) -> Steps:
     yield from ui.undo()
     for _ in range(3):
         yield
-    assert (sheet().arap.is_live, sheet().arap.live_problem, ui.live.run_of(sheet())) == (False, "", None)
+    assert (sheet().arap.use_follow, sheet().arap.follow_error, ui.follow.run_of(sheet())) == (False, "", None)
     np.testing.assert_allclose(scenes.shown_positions(sheet()), before, atol=NEAR)
     yield from ui.undo()
-    yield from ui.until(lambda: sheet().arap.is_live, "Live is on again")
+    yield from ui.until(lambda: sheet().arap.use_follow, "Follow is on again")
 
 
 def test_pull_other_file_within(ui: Ui) -> Steps:

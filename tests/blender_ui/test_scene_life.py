@@ -7,10 +7,10 @@ from contextlib import AbstractContextManager
 import bpy
 import numpy as np
 import scenes
-import test_live
+import test_follow
 import test_pull
 from harness import Steps, Ui
-from test_live import bar
+from test_follow import bar
 from test_pose import NEAR, add_bar, assert_at_rest, assert_followed, begin, begin_moved, drag, handle, settle
 
 
@@ -51,7 +51,7 @@ def test_renamed_mesh_within(ui: Ui) -> Steps:
 
 
 def test_other_scene_within(ui: Ui) -> Steps:
-    """Another scene in the window ends the act, with the pose kept; Live waits and goes on."""
+    """Another scene in the window ends the act, with the pose kept; Follow waits and goes on."""
     rest = yield from begin_moved(ui)
     first = bpy.context.scene
     other = bpy.data.scenes.new("Other scene")
@@ -62,16 +62,16 @@ def test_other_scene_within(ui: Ui) -> Steps:
     ui.window.scene = first
     yield
     assert_followed(rest, (1.0, 0.0, 0.0))
-    bar().arap.is_live = True
-    yield from test_live.settle(ui)
-    test_live.assert_followed(ui)
+    bar().arap.use_follow = True
+    yield from test_follow.settle(ui)
+    test_follow.assert_followed(ui)
     ui.window.scene = other
     yield
     yield
     handle().location.x -= 1.0
     ui.window.scene = first
-    yield from test_live.settle(ui)
-    test_live.assert_followed(ui)
+    yield from test_follow.settle(ui)
+    test_follow.assert_followed(ui)
 
 
 def test_two_windows(ui: Ui) -> Steps:
@@ -140,37 +140,40 @@ def test_back_to_edit_mode_in_a_second_window(ui: Ui) -> Steps:
         bpy.data.objects.remove(obj)
 
 
-def test_undo_in_one_window_leaves_live_of_the_other_scene_alone(ui: Ui) -> Steps:
-    """Undo goes back in the whole file. Live of the other scene moves nothing then, and what is off stays off."""
-    yield from test_live.begin(ui)
+def test_undo_in_one_window_leaves_follow_of_the_other_scene_alone(ui: Ui) -> Steps:
+    """Undo goes back in the whole file. Follow of the other scene moves nothing then, and what is off stays off."""
+    yield from test_follow.begin(ui)
     other_scene = bpy.data.scenes.new("Other scene")
     window = yield from second_window(ui, other_scene)
-    test_live.add_second_bar(ui)
+    test_follow.add_second_bar(ui)
     other, others_handle = bpy.data.objects["Second"], bpy.data.objects["Other"]
     for obj in (other, others_handle):
         bpy.context.scene.collection.objects.unlink(obj)
         other_scene.collection.objects.link(obj)
     others_handle.location.x += 0.5
-    yield from test_live.settle(ui, "Bar", "Second")
+    yield from test_follow.settle(ui, "Bar", "Second")
     with in_view(ui, window):
-        test_live.assert_followed(ui, "Second")
+        test_follow.assert_followed(ui, "Second")
     bpy.ops.ed.undo_push(message="two scenes")
-    for is_live in (True, False):
-        if not is_live:
+    for use_follow in (True, False):
+        if not use_follow:
             bar("Second").data.shape_keys.key_blocks["ARAP"].mute = True
             bpy.data.objects["Other"].location.x += 0.5
-            yield from ui.until(lambda: not bar("Second").arap.is_live, "Live of the other scene has given up")
+            yield from ui.until(lambda: not bar("Second").arap.use_follow, "Follow of the other scene has given up")
             bar("Second").data.shape_keys.key_blocks["ARAP"].mute = False
         posed = scenes.key_positions(bar("Second"))
         yield from ui.move_mouse_to_view()
-        yield from test_live.drag(ui)
-        yield from test_live.settle(ui)
+        yield from test_follow.drag(ui)
+        yield from test_follow.settle(ui)
         for step in (ui.undo, ui.redo, ui.undo):
             yield from step()
-            yield from test_live.settle(ui)
-            test_live.assert_followed(ui)
+            yield from test_follow.settle(ui)
+            test_follow.assert_followed(ui)
             np.testing.assert_array_equal(scenes.key_positions(bar("Second")), posed)
-            assert (bar("Second").arap.is_live, bool(bar("Second").arap.live_problem)) == (is_live, not is_live)
+            assert (bar("Second").arap.use_follow, bool(bar("Second").arap.follow_error)) == (
+                use_follow,
+                not use_follow,
+            )
             assert bpy.context.window_manager.windows[1].scene.name == "Other scene"
 
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Weights painted with a real brush: the mesh follows when the stroke ends, in Live and within a posing act."""
+"""Weights painted with a real brush: the mesh follows when the stroke ends, in Follow and within a posing act."""
 
 import bpy
 import numpy as np
 import scenes
 import test_pose
 from harness import Steps, Ui
-from test_live import SAME, bar, settle
+from test_follow import SAME, bar, settle
 
 STROKE = 120  # pixels, across the bar
 MIDDLE = scenes.LENGTH / 2
@@ -93,10 +93,10 @@ def assert_as_solved(ui: Ui) -> None:
     np.testing.assert_allclose(shown, scenes.key_positions(bar()), atol=SAME)
 
 
-def test_live_follows_a_painted_pin(ui: Ui) -> Steps:
+def test_follow_follows_a_painted_pin(ui: Ui) -> Steps:
     """A pin that is painted onto the live mesh holds when the stroke has ended; undo of the stroke lets it go."""
     show_front(ui)
-    bar().arap.is_live = True
+    bar().arap.use_follow = True
     yield from settle(ui)
     free = scenes.key_positions(bar())
     yield from paint(ui, "Waist")
@@ -118,14 +118,14 @@ def test_live_follows_a_painted_pin(ui: Ui) -> Steps:
     yield from ui.redo()
     yield from settle(ui)
     assert weights_of("Waist").max() > 0.5
-    bar().arap.is_live = False
+    bar().arap.use_follow = False
     assert_as_solved(ui)
 
 
-def test_live_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
-    """A handle whose weights are not painted yet pauses Live; stiffness is bound anew, and undone with the stroke."""
+def test_follow_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
+    """A handle whose weights are not painted yet pauses Follow; stiffness is bound anew, and undone with the stroke."""
     show_front(ui)
-    bar().arap.is_live = True
+    bar().arap.use_follow = True
     yield from settle(ui)
     yield from paint(ui, "Top")
     bar().vertex_groups["Top"].remove(range(len(bar().data.vertices)))
@@ -133,10 +133,10 @@ def test_live_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
     lack = (
         "Paused: Handle 'Top' of 'Bar': vertex group 'Top' has no weights; assign vertices to it or remove the handle"
     )
-    yield from ui.until(lambda: ui.live.run_of(bar()).pause == lack, "Live waits for weights")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).pause == lack, "Follow waits for weights")
     yield from stroke(ui, scenes.LENGTH - 0.2)
     yield from settle(ui)
-    assert bar().arap.is_live
+    assert bar().arap.use_follow
     ui.call(bpy.ops.arap.stiffness_add, "INVOKE_DEFAULT", True)
     assert [entry.name for entry in bar().arap.stiffness] == ["Stiff"]
     yield from settle(ui)
@@ -149,7 +149,7 @@ def test_live_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
     ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group="Stiff")
     assert bar().mode == "OBJECT"
     yield from settle(ui)
-    bar().arap.is_live = False
+    bar().arap.use_follow = False
     assert_as_solved(ui)
 
 

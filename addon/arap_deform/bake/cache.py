@@ -12,7 +12,7 @@ from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
 from ..core.naming import listed
-from ..follow import ready
+from ..engine import ready
 from ..scene import fcurves
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range

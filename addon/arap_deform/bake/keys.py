@@ -12,7 +12,7 @@ from ..core.background import Progress
 from ..core.job import run_job
 from ..core.mirror import seen_size
 from ..core.naming import NAME_BYTES
-from ..follow import ready
+from ..engine import ready
 from ..scene import baked, fcurves, pose_key, shape_keys
 from .estimate import BakeEstimate, Fit, check_search, frames_of
 from .fewest_keys import KeySearch
@@ -136,7 +136,7 @@ def bake_animation(
     """Bakes frames start, start + step, ... and end to shape keys with keyframes.
 
     The frame of a key shows exactly its pose; between keys, poses blend linearly. Keys of an earlier bake with the same
-    prefix are replaced. Those with another prefix, and the live key, are muted, so that they do not add to the baked
+    prefix are replaced. Those with another prefix, and the pose key, are muted, so that they do not add to the baked
     keys.
 
     Args:
@@ -144,7 +144,7 @@ def bake_animation(
         end: last frame, always baked.
         step: frames from one solved frame to the next.
         progress: see api.
-        prefix: keys are named prefix + frame; '': the live key's name and '_'.
+        prefix: keys are named prefix + frame; '': the pose key's name and '_'.
         scene: the scene with the frames; None: the current scene.
         fewest_keys_percent: None: a key for each solved frame. Else the fewest keys that show every vertex of every
             solved frame within this distance of its place, in percent of the mesh's size (the diagonal of its box at

@@ -17,7 +17,7 @@ from ..core.job import STEP_S
 from ..core.session import Session
 from ..core.session_data import Readout, readout_of_whole
 from ..core.session_input import SessionInput
-from ..follow import mesh
+from ..engine import mesh
 from ..scene import known, meshes
 from ..scene.inputs import read_input
 

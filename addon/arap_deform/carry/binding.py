@@ -9,7 +9,7 @@ import bpy
 
 from ..core.background import Background, Steps
 from ..core.carry.wrap import Wrap
-from ..follow.scene import is_rendering
+from ..engine.scene import is_rendering
 from ..ui import waiting
 from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind

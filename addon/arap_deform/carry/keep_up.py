@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core import native
 from ..core.arrays import Float32s
-from ..follow.act import print_fault
+from ..engine.act import print_fault
 from ..scene import meshes, shape_keys, versions
 from ..scene.console import say
 from . import late, problems, twins, wraps

@@ -17,7 +17,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ..core.arrays import Float32s, Floats
-from ..follow.scene import is_rendering
+from ..engine.scene import is_rendering
 from ..props import hooks
 from ..scene import known, meshes, pose_key, redraw, shape_keys, versions
 from ..scene.registration import for_each

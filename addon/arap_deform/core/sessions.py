@@ -72,7 +72,7 @@ def put(uid: int, bound: Bound) -> None:
 
 
 def hold(uid: int, who: str) -> None:
-    """The session of the object is not idle until let_go(): somebody, Live for example, comes back to it."""
+    """The session of the object is not idle until let_go(): somebody, Follow for example, comes back to it."""
     _holders.add((uid, who))
 
 
@@ -136,7 +136,7 @@ def check_free(obj: Identified) -> None:
 
 
 def claim(obj: Identified, act: Act) -> None:
-    """The act has the mesh for itself from now on, until release(): Live waits. Raises as check_free()."""
+    """The act has the mesh for itself from now on, until release(): Follow waits. Raises as check_free()."""
     check_free(obj)
     acts[obj.session_uid] = act
 

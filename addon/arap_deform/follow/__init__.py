@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keeps one mesh to its handles."""
+"""A mesh that follows its handles all the time."""

@@ -1,200 +1,189 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The FollowScene of an object in Blender. It keeps the uid, no reference: undo replaces all data."""
+"""The FollowScene of an object in Blender: when it pauses, and how Follow is switched off."""
 
 from __future__ import annotations
 
-import threading
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import sessions
+from ..core import native, sessions
+from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..core.session_input import Hold, SessionInput
-from ..scene import known, pose_key, redraw, versions
-from ..scene.inputs import read_input
+from ..core.session_input import SceneState, difference_of_scene
+from ..engine.act import print_fault
+from ..engine.mesh import SessionBinding
+from ..engine.scene import BlenderEngineScene
+from ..scene import baked, known, meshes, pose_key, shape_keys, undo_step
+from ..scene.console import say
+from ..scene.seen import look
 from ..scene.snapshot import Snapshot
-from . import frame, mesh
+from .run import NotNow
 
-# Accuracy of updates with a time limit, as a fraction of the mesh's size. For more the solver goes on in double
-# precision and prepares that first: on a large mesh that takes seconds, for a difference that cannot be seen.
-ACCURACY = 1e-4
+# A frame that is shown alone is solved to its end. In a window a heavy mesh goes on with it after this time. Without
+# one nothing would go on, and a mesh that never settles would hold a script for ever.
+FRAME_TIME_LIMIT_S = 10.0
+SCRIPT_TIME_LIMIT_S = 60.0
+
+# Single-precision matrices of a mesh that moves as a whole differ by less, relative to the largest entry.
+SAME_MOTION = 1e-5
+
+PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 
 
-def is_playing() -> bool:
-    """Whether a window plays the animation."""
-    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
+@dataclass(frozen=True)
+class _Seen:
+    """What the pose of a mesh depends on. A reason why there is no pose is told when that changes too."""
+
+    problem: str
+    state: SceneState | None = None
+    motions: Floats | None = None
+    changed_at: float = 0.0
+
+    @classmethod
+    def of(cls, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, changed_at: float) -> _Seen:
+        """``changed_at``: when the mesh was changed last."""
+        try:
+            snapshot = Snapshot.read(obj, depsgraph)
+            motions = snapshot.motions()
+        except ValueError as error:
+            return cls(str(error))
+        return cls("", snapshot.state, motions, changed_at)
+
+    def is_same_as(self, other: _Seen) -> bool:
+        if self.state is None or other.state is None or self.motions is None or other.motions is None:
+            return self.problem == other.problem
+        return (
+            self.changed_at == other.changed_at
+            and self.state.settings == other.state.settings
+            and not difference_of_scene(self.state, other.state)
+            and bool(
+                np.all(np.abs(self.motions - other.motions) <= SAME_MOTION * np.abs(other.motions).max(initial=0.0))
+            )
+        )
 
 
-class BlenderFollowScene:
-    """Looks its object up each time."""
+class BlenderFollowScene(BlenderEngineScene):
+    """Reads from the depsgraph of the handler that runs, or of the window that shows the object."""
 
-    initial_guess: str | None = None  # of update(); None: the object's setting
-    key: pose_key.KeyTracker | None = None  # if the key may be renamed while this lasts
-    holds: tuple[Hold, ...] | None = None  # what the session must hold; None: what the pins and handles do
+    key: pose_key.KeyTracker
+    _first: _Seen | None = None
+    _lack = ""  # why it cannot follow while weights are painted; the next stroke may change that
 
     def __init__(self, obj: bpy.types.Object) -> None:
-        self.uid = known.add(obj)
-        self._first_name = obj.name
-        self.depsgraph: bpy.types.Depsgraph | None = None
-        self._snapshot: Snapshot | None = None  # of this step, from look() on
-        self._bound: sessions.Bound | None = None  # then
-        self._misfit = ""  # why it does not fit, then
-        self._followed: sessions.Bound | None = None  # what the pose was solved with last
-        self._has_written = False  # the next change of the mesh is the add-on's own
-        self._is_suspect = True  # something else may have changed the mesh
-        self._changed_at = 0.0  # when something else changed it last
-
-    @property
-    def obj(self) -> bpy.types.Object | None:
-        """The object, None if it is gone."""
-        return known.find(self.uid)
-
-    @property
-    def name(self) -> str:
-        """Of the object, for messages."""
-        obj = self.obj
-        return self._first_name if obj is None else str(obj.name)
-
-    @contextmanager
-    def evaluated(self, depsgraph: bpy.types.Depsgraph, updates: Sequence[known.Update] | None) -> Iterator[None]:
-        """To be used while a handler runs, which has this depsgraph: Blender evaluates what it writes in silence.
-
-        ``updates``: None for another frame.
-        """
-        if updates is not None:
-            self._note_change(updates)
-        before, self.depsgraph = self.depsgraph, depsgraph
-        try:
-            yield
-        finally:
-            self.depsgraph = before
-
-    def _note_change(self, updates: Sequence[known.Update]) -> None:
-        """Notes whether something else has changed the mesh. A modifier that moves updates the object alone."""
-        for update in updates:
-            if update.uid == self.uid and update.has_new_data:
-                if not self._has_written:
-                    self._is_suspect = True
-                    self._changed_at = time.monotonic()
-                self._has_written = False
-
-    def has_to_wait(self) -> bool:
-        if bpy.app.background or not self._is_in_weight_paint():
-            return False
-        if self.depsgraph is not None:
-            return self._is_suspect  # the timer reads the weights: at every step they would make the stroke stutter
-        is_painting = versions.is_painting()
-        if is_painting:
-            self._is_suspect = True
-        return is_painting
-
-    def settled(self) -> None:
-        # If a stroke began while the mesh still moved, its updates may have looked like the add-on's own.
-        if self._is_in_weight_paint():
-            self._is_suspect = True
-
-    def _is_in_weight_paint(self) -> bool:
-        obj = self._snapshot.obj if self._snapshot is not None else self.obj
-        return obj is not None and obj.mode == "WEIGHT_PAINT"
-
-    def look(self) -> str:
-        obj = self.obj
-        self._snapshot = None
-        if reason := self._why_not(obj):
-            return reason
-        assert obj is not None
-        depsgraph = self._depsgraph()  # first: evaluating the scene may make the mesh suspect
-        self._bound = sessions.get(self.uid)
-        self._snapshot, self._misfit = frame.look(obj, depsgraph, self._bound, self.holds)
-        return ""
+        super().__init__(obj)
+        self.key = pose_key.KeyTracker(obj)
 
     def _why_not(self, obj: bpy.types.Object | None) -> str:
-        """What look() returns. ``obj``: None if it is gone."""
         if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted")
-        return ""
+            return super()._why_not(obj)
+        act = sessions.claimed_by(self.uid)
+        if act:
+            return f"Paused while {act}"
+        self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. If it is removed, a new one is made
+        if self._lack and obj.mode == "WEIGHT_PAINT":
+            return self._lack
+        if obj.mode in PAUSING_MODES or obj.data.is_editmode:
+            return "Paused in {}".format(PAUSING_MODES.get(obj.mode, "Edit Mode"))
+        if not meshes.is_evaluated(obj, self._depsgraph()):
+            return "Paused: this mesh is disabled, excluded or in another scene"
+        if baked.is_shown(obj):
+            return "Paused: the bake is shown. Edit Again goes on"
+        lack = shape_keys.why_shared(obj)
+        return f"Paused: {lack}" if lack else ""
 
-    def is_bound(self) -> bool:
-        now, bound = self._snapshot, self._bound
-        if now is None or bound is None or self._misfit:
-            return False  # the mesh stays suspect until it is bound
-        if self._is_suspect:
-            if frame.look_closely(now.obj, now.depsgraph, bound, use_nodes=self._use_nodes):
-                return False
-            self._is_suspect = False
-        return True
+    def has_changed(self) -> bool:
+        """What the first call sees is kept. Nothing is seen of an object that Blender does not evaluate."""
+        obj, depsgraph = self._obj(), self._depsgraph()
+        if not meshes.is_evaluated(obj, depsgraph):
+            return False
+        now = _Seen.of(obj, depsgraph, self._changed_at)
+        if self._first is None:
+            self._first = now
+        return not now.is_same_as(self._first)
 
-    def begin_bind(self) -> mesh.SessionBinding:
-        inputs = self._read_inputs()
-        self._is_suspect = False  # everything was just read
-        return mesh.SessionBinding(self._obj(), inputs)
+    def _note_change(self, updates: Sequence[known.Update]) -> None:
+        super()._note_change(updates)
+        self._lack = ""
 
-    def go_on_from_shown(self) -> bool:
-        return mesh.sync(self._obj())
+    def look_again(self) -> None:
+        self._is_suspect = True
 
-    def is_rebound(self) -> bool:
-        return sessions.get(self.uid) is not self._followed
+    def undone(self) -> bool:
+        self.key.forget_address()
+        self.look_again()
+        obj = self.obj
+        has_pose = obj is not None and pose_key.find(obj) is not None
+        if not has_pose:
+            self._first = None
+        return has_pose
 
-    def matrices(self) -> NDArray[np.float64]:
-        assert self._snapshot is not None
-        return self._snapshot.motions()
+    def has_to_wait(self) -> bool:
+        if bpy.app.background:  # no timer goes on
+            return super().has_to_wait()
+        obj = self._obj()
+        is_look_due = self._is_look_due(obj)
+        return super().has_to_wait() or is_look_due or not self._can_have_key(obj)
 
-    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
-        return self._solve(matrices, time_limit_s, iterations=iterations, initial_guess=self.initial_guess)
+    def _is_look_due(self, obj: bpy.types.Object) -> bool:
+        """Whether the timer must look first if a pose is seen under these modifiers. Raises NotNow if it is not."""
+        if self.depsgraph is None and not look.is_noted(obj):
+            look.look(obj, self._depsgraph())
+        if reason := look.noted(obj):
+            raise NotNow(f"Paused: {reason}")
+        return self.depsgraph is not None and not look.is_noted(obj)
 
-    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
-        return self._solve(matrices, time_limit_s, is_from_rest=True)
+    def _can_have_key(self, obj: bpy.types.Object) -> bool:
+        """Whether the mesh has its key, or one can be made as a step of undo.
 
-    def _solve(self, matrices: NDArray[np.float64], time_limit_s: float | None, **options: Any) -> Readout:
-        # The next change of the mesh is the add-on's own and must be drawn. look() has evaluated earlier ones.
-        self._has_written = self.depsgraph is None
-        redraw.tag_meshes()
-        options.setdefault("sufficient_accuracy", 0.0 if time_limit_s is None else ACCURACY)
-        now, bound = self._snapshot, self._bound
-        assert now is not None
-        assert bound is not None
-        readout = frame.solve(now, bound, matrices, time_limit_s=time_limit_s, **options)
-        self._followed = bound
-        if now.key.key is None:  # it was made
-            self._snapshot = replace(now, key=pose_key.look(now.obj))
-            if self.key is not None:
-                self.key.note(self._snapshot.key.key)
-            self._key_made()
-        return readout
+        Undo takes a mesh for the same if no step tells otherwise, and keeps it. So a key that was made between two
+        steps would be missing after an undo, but the mesh would still refer to it, and Blender would crash.
+        """
+        is_timer = self.depsgraph is None
+        return pose_key.find(obj) is not None or (is_timer and undo_step.holds_whole_file())
 
     def _key_made(self) -> None:
-        """The pose has its key now."""
+        if not bpy.app.background:
+            undo_step.push("ARAP Follow")
 
-    @property
-    def iteration_limit(self) -> int:
-        assert self._snapshot is not None
-        return self._snapshot.state.settings.max_iterations
+    def begin_bind(self) -> SessionBinding:
+        try:
+            return super().begin_bind()
+        except ValueError as error:
+            if not self._is_in_weight_paint():
+                raise
+            self._lack = f"Paused: {error}"
+            raise NotNow(self._lack) from None
 
-    def _read_inputs(self) -> SessionInput:
-        return read_input(self._obj(), self._depsgraph(), use_nodes=self._use_nodes)
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        if time_limit_s is not None:
+            return super().update_from_rest(matrices, time_limit_s)
+        if not bpy.app.background:
+            return super().update_from_rest(matrices, FRAME_TIME_LIMIT_S)
+        readout = self._solve(matrices, SCRIPT_TIME_LIMIT_S, is_from_rest=True, sufficient_accuracy=0.0)
+        if readout.stop_reason == "time_limit":
+            raise RuntimeError(
+                f"'{self.name}' has not settled within {SCRIPT_TIME_LIMIT_S:g} seconds (raise Accuracy in Advanced)"
+            )
+        return readout
 
-    @property
-    def _use_nodes(self) -> bool | None:
-        """See versions.read_group_weights(). Within a handler nothing may be added to the scene."""
-        return None if self.depsgraph is None else False
-
-    def _obj(self) -> bpy.types.Object:
+    def switch_off(self, error: Exception) -> None:
+        print_fault(error)
         obj = self.obj
-        if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted")
-        return obj
+        if obj is not None:
+            obj.arap.use_follow = False
+            obj.arap.follow_error = f"{native.sentence_of(error)}: Follow is off"
+            if bpy.app.background:
+                say(f"ARAP: {obj.arap.follow_error}")
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
-        return self.depsgraph or bpy.context.evaluated_depsgraph_get()
-
-
-def is_rendering() -> bool:
-    """Whether a render runs, or calls this from its own thread: its data must not change."""
-    return threading.current_thread() is not threading.main_thread() or bpy.app.is_job_running("RENDER")
+        if self.depsgraph is not None:
+            return self.depsgraph
+        for window in bpy.context.window_manager.windows:
+            if window.scene != bpy.context.scene and known.is_in(window.view_layer, self.obj):
+                window.view_layer.update()
+                return window.view_layer.depsgraph
+        return super()._depsgraph()

@@ -10,7 +10,7 @@ import bpy
 
 from ..core.job import Job, run_job
 from ..core.native import sentence_of
-from ..live.runs import give_up
+from ..follow.runs import give_up
 from ..ui import waiting
 from ..ui.checks import ArapOperator, posed_object, reports_errors
 from ..ui.modal import ModalOperator, ModalRun

@@ -10,7 +10,7 @@ from bpy.props import BoolProperty
 from ..core import sessions
 from ..core.naming import counted
 from ..core.session_data import Readout
-from ..follow.act import Ending, PoseAct
+from ..engine.act import Ending, PoseAct
 from ..scene import redraw, undo_step
 from ..scene.placing import reset_handles
 from ..setup.list_operators import why_no_handles

@@ -28,7 +28,7 @@ class PoseState:
     """What Esc restores; no Blender data.
 
     Attributes:
-        key: values and slider of the live key.
+        key: values and slider of the pose key.
         transforms: of every object and bone that moves a handle.
         bases: of pins and handles.
     """
@@ -40,12 +40,12 @@ class PoseState:
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
-    """Copies the pose that the live key shows to a new shape key with value 0. The live key stays.
+    """Copies the pose that the pose key shows to a new shape key with value 0. The pose key stays.
 
     Raises:
-        ValueError: there is no pose, the live key does not show it, or the mesh must not be written.
+        ValueError: there is no pose, the pose key does not show it, or the mesh must not be written.
     """
-    shape_keys.check_shown(obj, _live_key(obj))
+    shape_keys.check_shown(obj, _pose_key(obj))
     if not name:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
     key = shape_keys.new(obj, name, pose_key.shown_positions(obj, meshes.read_rest(obj)))
@@ -55,7 +55,7 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
-    """Puts the live key and the session back to rest. The handles stay: see reset_handles().
+    """Puts the pose key and the session back to rest. The handles stay: see reset_handles().
 
     Raises:
         ValueError: the mesh must not be written. RuntimeError: an act uses it.
@@ -78,10 +78,10 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     Stored poses take the handles to the same places as before.
 
     Raises:
-        ValueError: there is no pose, the live key does not show it, or the mesh or a follower must not be written.
+        ValueError: there is no pose, the pose key does not show it, or the mesh or a follower must not be written.
         RuntimeError: an act uses the mesh.
     """
-    key = _live_key(obj)
+    key = _pose_key(obj)
     sessions.check_free(obj)
     shape_keys.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -134,7 +134,7 @@ def capture_state(obj: bpy.types.Object) -> PoseState:
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
-    """Restores the handles, what pins and handles hold, the live key with its slider, and the session.
+    """Restores the handles, what pins and handles hold, the pose key with its slider, and the session.
 
     Skips objects and bones that are gone. Pins and handles that are new since then hold the mesh as it is shown now.
 
@@ -169,7 +169,7 @@ def restore_transforms(transforms: Transforms) -> None:
             _set_channels(item, channels)
 
 
-def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+def _pose_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
     meshes.check_mesh(obj)
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)

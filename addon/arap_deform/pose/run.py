@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import bpy
 
 from ..core import sessions
-from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
-from ..follow.scene import is_rendering
-from ..live.runs import give_up
+from ..engine.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
+from ..engine.scene import is_rendering
+from ..follow.runs import give_up
 from ..props import preferences
 from ..scene import known, redraw, undo_step
 from ..scene.registration import for_each

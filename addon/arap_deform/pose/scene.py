@@ -7,16 +7,16 @@ import bpy
 
 from ..core import sessions
 from ..core.session_input import SessionInput
-from ..follow import ready
-from ..follow.scene import BlenderFollowScene
+from ..engine import ready
+from ..engine.scene import BlenderEngineScene
 from ..scene import known, pose_key
 from ..scene.snapshot import counts_of
 from . import undo
 from .result import capture_state, restore_state
 
 
-class ActScene(BlenderFollowScene):
-    """The FollowScene of an act that can put everything back."""
+class ActScene(BlenderEngineScene):
+    """The EngineScene of an act that can put everything back."""
 
     act_name = "posing"  # for messages
     modes = {"OBJECT"}
@@ -48,7 +48,7 @@ class ActScene(BlenderFollowScene):
 
 
 class BlenderPoseScene(ActScene):
-    """The FollowScene of Pose."""
+    """The EngineScene of Pose."""
 
     modes = {"OBJECT", "WEIGHT_PAINT"}
     key: pose_key.KeyTracker

@@ -15,9 +15,9 @@ from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
-from ..follow import mesh, ready
-from ..follow.frame import look, write_pose
-from ..follow.update import bind
+from ..engine import mesh, ready
+from ..engine.frame import look, write_pose
+from ..engine.update import bind
 from ..scene import handle_motion, known, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
 from ..ui import waiting

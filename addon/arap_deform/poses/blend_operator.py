@@ -8,7 +8,7 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from ..core.native import sentence_of
-from ..live.runs import give_up
+from ..follow.runs import give_up
 from ..pose.result import capture_transforms, restore_transforms
 from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
@@ -38,7 +38,7 @@ class PoseOperator(ArapOperator):
         raise NotImplementedError
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        """Moves the handles, and solves unless Pose or Live does so."""
+        """Moves the handles, and solves unless Pose or Follow does so."""
         give_up(obj)
         before = capture_transforms(obj)
         try:

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import bpy
 
 from ..core import native, sessions
-from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
-from ..follow import ready
-from ..follow.scene import BlenderFollowScene
+from ..core.tracker import FOLLOW_TIME_LIMIT_S, HandleTracker
+from ..engine import ready
+from ..engine.scene import BlenderEngineScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
 from ..scene import known
@@ -43,7 +43,7 @@ class BlendRun(ModalRun):
             context: of the window.
             blend: moves the handles by a factor, from their present places.
             mouse_x: pixel of the mouse at factor 0.
-            is_followed: Pose or Live keeps the mesh to its handles.
+            is_followed: Pose or Follow keeps the mesh to its handles.
         """
         self._uid = known.add(obj)
         self._name = obj.name  # for messages
@@ -53,25 +53,25 @@ class BlendRun(ModalRun):
         if not is_followed:
             ready.check(obj, context.evaluated_depsgraph_get())
         self._state = capture_state(obj)
-        self._scene = BlenderFollowScene(obj)
-        self._follower = None if is_followed else Follower(self._scene)
-        if self._follower is not None:
-            self._follower.begin()
+        self._scene = BlenderEngineScene(obj)
+        self._tracker = None if is_followed else HandleTracker(self._scene)
+        if self._tracker is not None:
+            self._tracker.begin()
             sessions.claim(obj, self)
         super().__init__(context, TIMER_S)
 
     def wait(self) -> Wait | None:
-        return None if self._follower is None else wait_for_bind(self._name, self._follower)
+        return None if self._tracker is None else wait_for_bind(self._name, self._tracker)
 
     def show_status(self, context: bpy.types.Context, text: str) -> None:
-        if not self.is_ready and self._follower is not None:
-            text = f"preparing the mesh, {self._follower.bind_fraction:.0%}   |   {text}"
+        if not self.is_ready and self._tracker is not None:
+            text = f"preparing the mesh, {self._tracker.bind_fraction:.0%}   |   {text}"
         self.show_text(context, f"ARAP Blend: {text}")
 
     @property
     def is_ready(self) -> bool:
         """Whether the mesh is prepared."""
-        return self._follower is None or not self._follower.is_binding
+        return self._tracker is None or not self._tracker.is_binding
 
     def factor_at(self, mouse_x: int) -> float:
         """0 to 1."""
@@ -87,7 +87,7 @@ class BlendRun(ModalRun):
 
     def tick(self) -> bool:
         """A step of binding, following or refining; True if the mesh has moved. Raises as the scene."""
-        follower = self._follower
+        follower = self._tracker
         if follower is None:
             return False
         self._scene.look()
@@ -105,8 +105,8 @@ class BlendRun(ModalRun):
         """Gives up window and mesh; handles and mesh stay. A second call does nothing."""
         if self.has_left:
             return
-        if self._follower is not None:
-            self._follower.drop()
+        if self._tracker is not None:
+            self._tracker.drop()
             sessions.release(self._uid, self)
         self.leave()
 
@@ -119,7 +119,7 @@ class BlendRun(ModalRun):
         """Puts everything back that still exists. Returns what could not be put back and why, else ''."""
         obj = known.find(self._uid)
         try:
-            if obj is None or self._follower is None:
+            if obj is None or self._tracker is None:
                 self.restore_handles()
             else:
                 restore_state(obj, self._state)

@@ -15,7 +15,7 @@ from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
 from ..core.background import Progress
 from ..core.job import run_job
-from ..follow import ready
+from ..engine import ready
 from ..scene import pose_key, shape_keys, versions
 from . import library
 

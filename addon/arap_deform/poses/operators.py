@@ -60,8 +60,8 @@ def why_no_pose_keys(context: bpy.types.Context) -> str:
 
 
 def is_followed(obj: bpy.types.Object) -> bool:
-    """Whether Pose or Live keeps the mesh to its handles."""
-    return is_posed(obj) or bool(obj.arap.is_live)
+    """Whether Pose or Follow keeps the mesh to its handles."""
+    return is_posed(obj) or bool(obj.arap.use_follow)
 
 
 def active_name(context: bpy.types.Context) -> str:

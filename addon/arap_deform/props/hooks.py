@@ -23,8 +23,8 @@ row_chosen: list[Callable[[bpy.types.Object, int], None]] = []
 display_changed: list[Callable[[bpy.types.Object], None]] = []
 """The empties of the handles must look different."""
 
-live_toggled: list[Callable[[bpy.types.Object], None]] = []
-"""Live was switched on or off."""
+follow_toggled: list[Callable[[bpy.types.Object], None]] = []
+"""Follow was switched on or off."""
 
 pose_renamed: list[Callable[[bpy.types.Object, Any], None]] = []
 """A stored pose has another name: the object and the ArapStoredPose."""

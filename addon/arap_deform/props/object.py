@@ -63,8 +63,8 @@ def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.C
         changed(settings.id_data)
 
 
-def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    for toggled in hooks.live_toggled:
+def _on_follow_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for toggled in hooks.follow_toggled:
         toggled(settings.id_data)
 
 
@@ -380,13 +380,13 @@ class ArapObject(bpy.types.PropertyGroup):
         update=_on_display_changed,
     )
     overlay: PointerProperty(type=ArapOverlay, name="Display", description="What is drawn over the mesh in the 3D view")
-    is_live: BoolProperty(
+    use_follow: BoolProperty(
         name="Follow",
         description=(
             "The mesh follows its handles all the time, also in playback. Saved with the file. "
             "Not while rendering: bake the animation first"
         ),
-        update=_on_live_changed,
+        update=_on_follow_changed,
     )
     seen_matrix: FloatVectorProperty(
         size=16, options={"HIDDEN"}, description="Own matrix of the object when it was seen last; 4x4, row by row"
@@ -394,7 +394,7 @@ class ArapObject(bpy.types.PropertyGroup):
     seen_points: FloatVectorProperty(
         size=3 * MOST, options={"HIDDEN"}, description="A few vertices of the mesh at rest, then"
     )
-    live_problem: StringProperty(
+    follow_error: StringProperty(
         name="Follow Problem", description="Why Follow switched itself off", options={"HIDDEN"}
     )
 
@@ -405,7 +405,7 @@ class ArapObject(bpy.types.PropertyGroup):
     def has_data(self) -> bool:
         """Whether there is anything that must be looked at when the scene changes."""
         lists = (self.handles, self.pins, self.followers, self.pull_pins)
-        return any(map(len, lists)) or self.is_live or self.carried.body is not None or self.pose_act != 0
+        return any(map(len, lists)) or self.use_follow or self.carried.body is not None or self.pose_act != 0
 
 
 def register() -> None:

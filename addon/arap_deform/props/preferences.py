@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 from bpy.props import FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..core.following import REFINE_TIME_LIMIT_S
+from ..core.tracker import REFINE_TIME_LIMIT_S
 from .pull import ArapPullSettings
 
 ADDON = (__package__ or "").rpartition(".")[0]  # as Blender knows the add-on: in an extension, bl_ext.REPOSITORY.NAME

@@ -8,7 +8,7 @@ import bpy
 
 from ..core.naming import counted
 from ..core.native import ERRORS, sentence_of
-from ..follow.act import End, Ending, Phase
+from ..engine.act import End, Ending, Phase
 from ..props import preferences
 from ..scene import known, redraw, shape_keys
 from ..scene.registration import for_each

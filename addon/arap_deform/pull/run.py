@@ -11,9 +11,9 @@ import numpy as np
 
 from ..core.arrays import Ints
 from ..core.native import ERRORS
-from ..follow.act import End, Ending, Phase, PoseAct
-from ..follow.scene import is_rendering
-from ..live.runs import give_up
+from ..engine.act import End, Ending, Phase, PoseAct
+from ..engine.scene import is_rendering
+from ..follow.runs import give_up
 from ..pose.run import ActRun
 from ..props import preferences
 from ..props.bounds import bounded
@@ -88,7 +88,7 @@ class PullRun(ActRun):
         self.grip = grip
         self.is_released = False
         self.is_undone = False
-        self._was_live = bool(obj.arap.is_live)
+        self._was_following = bool(obj.arap.use_follow)
         self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
         give_up(obj)
         scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
@@ -154,8 +154,8 @@ class PullRun(ActRun):
         if end.how is Ending.KEEP and obj is not None:
             pins.add(obj, self.scene.pull.grabs)
             pins.remember_rest(obj, self.scene.pull.rest, self.scene.pull.shown)
-            if self._was_live and obj.arap.is_live:  # else it would take the mesh back to its handles
-                obj.arap.is_live = False
+            if self._was_following and obj.arap.use_follow:  # else it would take the mesh back to its handles
+                obj.arap.use_follow = False
                 end = replace(end, message=f"{end.message} {FOLLOW_OFF}".strip())
         return end
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.arrays import Float32s, Floats
 from ..core.session_data import Readout
-from ..follow.mesh import SessionBinding
+from ..engine.mesh import SessionBinding
 from ..pose.scene import ActScene
 from ..scene import meshes
 from . import hold
@@ -19,7 +19,7 @@ from .region import Grab
 
 
 class PullScene(ActScene):
-    """The FollowScene of one drag."""
+    """The EngineScene of one drag."""
 
     act_name = "the pull"
     initial_guess = "previous"

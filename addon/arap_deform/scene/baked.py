@@ -45,7 +45,7 @@ def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
     pose = pose_key.find(obj)
     if pose is not None:
         pose.mute = False
-    obj.arap.live_problem = ""
+    obj.arap.follow_error = ""
     obj.data.update_tag()
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live key: the shape key that takes the pose of an object. Which one it is, what it shows, what Esc brings back.
+"""The pose key: the shape key that takes the pose of an object. Which one it is, what it shows, what Esc brings back.
 
 The add-on has made it (``made_keys``), and it has the name in ``obj.arap``. If a key of the artist's own has that name,
-it is left alone, and the live key takes the next free name, as Blender numbers names.
+it is left alone, and the pose key takes the next free name, as Blender numbers names.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class KeyState:
     """What restore() brings back. No Blender data.
 
     Attributes:
-        name: of the live key, or the one it would have had.
+        name: of the pose key, or the one it would have had.
         setting: the name in ``obj.arap``, '' for that of the preferences.
         has_keys: whether the mesh had any shape key, Basis included.
         positions: (n, 3) float32 of the key, None if there was none.
@@ -41,12 +41,12 @@ class KeyState:
 
 
 def wanted_name(obj: bpy.types.Object) -> str:
-    """The name that is set for the live key: the object's own, or that of the preferences."""
+    """The name that is set for the pose key: the object's own, or that of the preferences."""
     return str(obj.arap.key_name) or preferences.key_name()
 
 
 def check_name(obj: bpy.types.Object) -> None:
-    """Raises ValueError if the name in ``obj.arap`` cannot be the live key's."""
+    """Raises ValueError if the name in ``obj.arap`` cannot be the pose key's."""
     name = wanted_name(obj)
     keys = obj.data.shape_keys
     if keys is not None and keys.reference_key.name == name:
@@ -55,14 +55,14 @@ def check_name(obj: bpy.types.Object) -> None:
 
 @dataclass(frozen=True)
 class PoseKey:
-    """The live key, None if there is none yet, and its name or the one it will have."""
+    """The pose key, None if there is none yet, and its name or the one it will have."""
 
     name: str
     key: bpy.types.ShapeKey | None
 
 
 def look(obj: bpy.types.Object) -> PoseKey:
-    """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
+    """Finds the pose key. Its name is the wanted one, numbered if a key of the artist's own has that."""
     settings, keys = obj.arap, obj.data.shape_keys
     name = settings.key_name or preferences.key_name()
     key = keys.key_blocks.get(name) if keys is not None else None
@@ -72,18 +72,18 @@ def look(obj: bpy.types.Object) -> PoseKey:
 
 
 def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key, None if there is none yet."""
+    """The pose key, None if there is none yet."""
     return look(obj).key
 
 
 def shown(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key if it shows something."""
+    """The pose key if it shows something."""
     key = find(obj)
     return None if key is None or key.mute or key.value == 0.0 else key
 
 
 def shown_positions(obj: bpy.types.Object, rest: Float32s) -> Float32s:
-    """(n, 3) float32 the pose shown by the live key, without other keys and modifiers."""
+    """(n, 3) float32 the pose shown by the pose key, without other keys and modifiers."""
     key = shown(obj)
     if key is not None and key.value == 1.0:
         return versions.read_key(key)  # to the last bit
@@ -91,12 +91,12 @@ def shown_positions(obj: bpy.types.Object, rest: Float32s) -> Float32s:
 
 
 def name_of(obj: bpy.types.Object) -> str:
-    """The live key's name, or the one it will have."""
+    """The pose key's name, or the one it will have."""
     return look(obj).name
 
 
 def ensure(obj: bpy.types.Object) -> bpy.types.ShapeKey:
-    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys."""
+    """The pose key, made at rest (value 0) if there is none, with Basis if the mesh has no keys."""
     found = look(obj)
     return found.key or _make(obj, found.name)
 
@@ -130,7 +130,7 @@ def forget_removed(obj: bpy.types.Object) -> None:
 
 
 def capture(obj: bpy.types.Object) -> KeyState:
-    """The state of the live key."""
+    """The state of the pose key."""
     key = find(obj)
     keys = obj.data.shape_keys
     state = KeyState(name_of(obj), obj.arap.key_name, keys is not None, active=shape_keys.active_name(obj))
@@ -168,7 +168,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
 
 
 class KeyTracker:
-    """Stays with the live key during a posing act or Live, also if it is renamed in Blender's list.
+    """Stays with the pose key during a posing act or Follow, also if it is renamed in Blender's list.
 
     Keeps names and an address to compare with, no Blender data.
     """
@@ -180,7 +180,7 @@ class KeyTracker:
         self._address = 0
 
     def track(self, obj: bpy.types.Object) -> PoseKey | None:
-        """Finds the live key, by its new name if it was renamed; None if it was removed.
+        """Finds the pose key, by its new name if it was renamed; None if it was removed.
 
         Raises:
             ValueError: the pose has left the key that was followed.

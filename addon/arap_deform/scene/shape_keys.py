@@ -286,7 +286,7 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     """Makes ``shape`` the rest shape and the shape of ``pose``; other keys keep their offsets.
 
     Args:
-        pose: the live key.
+        pose: the pose key.
         shape: (n, 3) contiguous float32, what it shows.
 
     Raises:

@@ -43,7 +43,7 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
         for handle in handles:
             handle.target = twins[handle.target]
             handle.has_made_target = True  # last: setting the target clears it
-    obj.arap.live_problem = ""
+    obj.arap.follow_error = ""
     return list(twins.values())
 
 

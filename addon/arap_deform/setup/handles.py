@@ -158,7 +158,7 @@ def following_first_handle(obj: bpy.types.Object) -> Iterator[None]:
     is_first = not obj.arap.handles
     yield
     if is_first and obj.arap.handles and not native.problem():
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
 
 
 def new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:

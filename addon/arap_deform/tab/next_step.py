@@ -9,8 +9,8 @@ import bpy
 
 from ..carry.bodies import body_of
 from ..core import sessions
-from ..follow.act import Phase, PoseAct
-from ..live import runs
+from ..engine.act import Phase, PoseAct
+from ..follow import runs
 from ..pull import tool
 from ..scene import remembered
 from ..scene.seen import look
@@ -40,8 +40,8 @@ def next_step(context: bpy.types.Context) -> Step:
         return _while_posing(obj)
     if remembered.has_foreign_handles(obj):  # first: it stays when a pull forgets the problem of Follow
         return Step("A handle has no own empty: press Copy Handles or remove it.", "ERROR")
-    if obj.arap.live_problem:
-        return Step(obj.arap.live_problem, "ERROR")
+    if obj.arap.follow_error:
+        return Step(obj.arap.follow_error, "ERROR")
     if obj.mode == "EDIT":
         return Step(_in_edit_mode(obj))
     if reason := why_not_object_mode(obj):
@@ -83,9 +83,9 @@ def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
 
 
 def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
-    if not obj.arap.is_live and obj.arap.pull_pins:
+    if not obj.arap.use_follow and obj.arap.pull_pins:
         return Step("Make Handles (Ctrl H) keeps what you pulled. Then tick Follow.")
-    if not obj.arap.is_live:
+    if not obj.arap.use_follow:
         return Step("Tick Follow, then move a handle: the mesh follows.")
     run = runs.run_of(obj)
     if run is not None and run.pause:

@@ -8,12 +8,12 @@ import bpy
 from ..carry.bodies import body_of
 from ..core import sessions
 from ..core.naming import listed
-from ..live import runs
+from ..follow import runs
 from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
-from ..ui.checks import find_posed_object, is_posed, why_baked, why_not_live
+from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_follow
 from ..ui.panels import ArapPanel, button_row, draw_text
 from .next_step import next_step
 
@@ -81,13 +81,13 @@ def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
 def draw_follow(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """The toggle. It can always be switched off, but not while it waits for Edit Again."""
     toggle = layout.row()
-    toggle.enabled = not why_baked(obj) and (obj.arap.is_live or not why_not_live(context))
-    toggle.prop(obj.arap, "is_live")
+    toggle.enabled = not why_baked(obj) and (obj.arap.use_follow or not why_no_follow(context))
+    toggle.prop(obj.arap, "use_follow")
 
 
 def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """What is seldom there: so nothing of the tab is below it."""
-    if obj.arap.is_live and runs.render_notice():
+    if obj.arap.use_follow and runs.render_notice():
         draw_text(context, layout, runs.render_notice(), "ERROR")
     readout = sessions.readout(obj.session_uid)
     if readout is not None and readout.outside:

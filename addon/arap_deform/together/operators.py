@@ -12,7 +12,7 @@ from bpy.props import IntProperty
 from ..carry.operators import KINDS
 from ..carry.problems import owner_of
 from ..core.naming import listed
-from ..follow.scene import is_rendering
+from ..engine.scene import is_rendering
 from ..pose.job_operator import JobOperator
 from ..ui.checks import (
     ArapOperator,

@@ -10,8 +10,8 @@ from typing import Any
 import bpy
 
 from ..core import native, sessions
-from ..follow.act import PoseAct
-from ..follow.scene import is_rendering
+from ..engine.act import PoseAct
+from ..engine.scene import is_rendering
 from ..scene import baked, known, meshes, pose_key, remembered
 
 Execute = Callable[..., set[str]]
@@ -161,7 +161,7 @@ def why_baked(obj: bpy.types.Object) -> str:
     return "The animation is baked: press Edit Again to pose the mesh" if baked.is_shown(obj) else ""
 
 
-def why_not_live(context: bpy.types.Context) -> str:
+def why_no_follow(context: bpy.types.Context) -> str:
     """As why_no_mesh(). There must be a solver, and a handle."""
     return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
 
@@ -175,7 +175,7 @@ def _why_nothing_moves(obj: bpy.types.Object) -> str:
 def why_no_reset(context: bpy.types.Context) -> str:
     """As why_no_pose(). Follow must be off: it would pose the mesh again."""
     obj = find_posed_object(context)
-    if obj is not None and obj.arap.is_live:
+    if obj is not None and obj.arap.use_follow:
         return "Follow would pose the mesh again at once: use Reset Handles, or untick Follow"
     return why_no_pose(context)
 

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 
 from ..core import sessions
-from ..follow.scene import is_playing
+from ..engine.scene import is_playing
 from . import waiting
 from .checks import allow
 from .waits import Wait

@@ -57,7 +57,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
 
 def is_following(obj: bpy.types.Object) -> bool:
     """Whether posing or Follow changes the mesh. They report problems themselves, so a panel does not look for them."""
-    return bool(sessions.claimed_by(obj.session_uid) or obj.arap.is_live)
+    return bool(sessions.claimed_by(obj.session_uid) or obj.arap.use_follow)
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:

@@ -105,12 +105,12 @@ class BakeTest(SceneTest):
             self.api.bake_animation(obj, 1, 9, 4)
             self.assertEqual(obj.active_shape_key.name, name)
 
-    def test_the_live_key_does_not_add_to_the_baked_ones(self):
+    def test_the_pose_key_does_not_add_to_the_baked_ones(self):
         obj = animated()
         self.scene.frame_set(11)
         self.api.solve(obj)
         live = key_positions(obj)
-        for _ in range(2):  # the second time with the live key muted
+        for _ in range(2):  # the second time with the pose key muted
             names = self.api.bake_animation(obj, 1, 21, 10)
         self.assertTrue(obj.data.shape_keys.key_blocks["ARAP"].mute)
         self.assert_close(key_positions(obj), live, 0.0)
@@ -366,7 +366,7 @@ class CancelTest(SceneTest):
             stop = self.api.bake_animation, obj, 1, 21, 10, lambda _: False
             self.assert_error(self.api.Cancelled, CANCELLED, *stop)
             self.assertEqual(now(), changed)
-            module("follow.update").prepare_session(obj)
+            module("engine.update").prepare_session(obj)
         for _ in range(2):
             names = self.api.bake_animation(obj, 1, 21, 10)
             self.assertEqual(now(), changed)
@@ -466,7 +466,7 @@ class CancelTest(SceneTest):
 
     def test_live_session_goes_on_where_it_was(self):
         obj = animated()
-        prepare_session = module("follow.update").prepare_session
+        prepare_session = module("engine.update").prepare_session
         self.scene.frame_set(11)
         self.api.solve(obj)
         session = prepare_session(obj)

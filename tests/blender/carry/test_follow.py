@@ -32,7 +32,7 @@ class FollowTest(CarryTest):
     def test_follow_and_playback(self):
         body, target = posable(), sleeve()
         self.api.carry_along(body, [target])
-        body.arap.is_live = True
+        body.arap.use_follow = True
         animate(body)
         for frame in (5, 11):
             self.scene.frame_set(frame)
@@ -47,8 +47,8 @@ class FollowTest(CarryTest):
         self.api.solve(body)
         bent, shown = module("pose.result").capture_state(body), shown_positions(target)
         bend(body)
-        module("follow.update").prepare_session(body)
-        module("follow.update").update_pose(body)
+        module("engine.update").prepare_session(body)
+        module("engine.update").update_pose(body)
         self.assert_goes_along(body, target)
         module("pose.result").restore_state(body, bent)
         self.assert_close(shown_positions(target), shown, 1e-6)

@@ -52,7 +52,7 @@ class NativeTest(SceneTest):
         native = module("core.native")
         self.addCleanup(setattr, native, "_problem", native._problem)
         native._problem = "The solver module is missing"
-        for function in (self.api.solve, module("follow.update").prepare_session):
+        for function in (self.api.solve, module("engine.update").prepare_session):
             self.assert_error(RuntimeError, "The solver module is missing", function, obj)
         self.assertEqual(module("core.native").problem(), "The solver module is missing")
 
@@ -100,8 +100,8 @@ class RegisterTest(SceneTest):
         self.assertEqual(obj.arap.handles[0].name, "Head")
         module("api").solve(obj)
         # One set of modules, not old ones beside new ones.
-        self.assertIs(module("follow.update").sessions, sys.modules[f"{support.PACKAGE}.core.sessions"])
-        self.assertIs(module("pose.result").sessions, module("follow.update").sessions)
+        self.assertIs(module("engine.update").sessions, sys.modules[f"{support.PACKAGE}.core.sessions"])
+        self.assertIs(module("pose.result").sessions, module("engine.update").sessions)
         self.assertIsNotNone(module("core.sessions").readout(obj.session_uid))
 
     def test_disabled_it_leaves_nothing_in_memory(self):

@@ -40,7 +40,7 @@ class PoseSceneTest(SceneTest):
         bpy.context.view_layer.objects.active = obj
         sessions = module("core.sessions")
         for is_kept in (True, False):
-            act = module("follow.act").PoseAct(mock.Mock())
+            act = module("engine.act").PoseAct(mock.Mock())
             sessions.claim(obj, act)
             self.addCleanup(sessions.release, obj.session_uid, act)
             self.assertEqual(bpy.ops.arap.pose_end(is_kept=is_kept), {"FINISHED"})
@@ -57,7 +57,7 @@ class PoseSceneTest(SceneTest):
 
     def test_vertices_in_another_order_are_not_bound_again(self):
         obj = posable()
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         act = self.act(obj)
         mesh = bmesh.new()
         mesh.from_mesh(obj.data)
@@ -77,15 +77,15 @@ class PoseSceneTest(SceneTest):
         changed = "The pose of 'Tube' has another shape key now"
         self.assertEqual(act.look(), f"{changed}, and is kept in 'ARAP': posing has ended")
         self.assertEqual(unfit(obj, is_thorough=True), changed)
-        self.assert_error(RuntimeError, f"{changed}: start posing again", module("follow.update").update_pose, obj)
+        self.assert_error(RuntimeError, f"{changed}: start posing again", module("engine.update").update_pose, obj)
         self.assertEqual(key_names(obj), ["Basis", "ARAP"])
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         self.assertEqual(unfit(obj, is_thorough=True), "")
 
     def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
         obj = posable()
         act = self.act(obj)
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         for name in ("ARAP", "Bent", "Bowed"):
             if obj.data.shape_keys is not None:
                 obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
@@ -105,7 +105,7 @@ class PoseSceneTest(SceneTest):
         self.api.solve(obj)
         before = key_positions(obj)
         act = self.act(obj)
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         self.assertEqual(act.look(), "")
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
         self.assertEqual(act.look(), "")

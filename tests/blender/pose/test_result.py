@@ -74,7 +74,7 @@ class ResultTest(SceneTest):
         self.api.reset_pose(obj)
         self.assert_close(key_positions(obj), rest_positions(obj), 0.0)
         self.assertEqual(obj.arap.handles[0].target.matrix_world, place)
-        self.assert_close(module("follow.update").prepare_session(obj).positions, rest_positions(obj), 1e-6)
+        self.assert_close(module("engine.update").prepare_session(obj).positions, rest_positions(obj), 1e-6)
 
     def test_apply_pose_as_rest(self):
         obj = posable()
@@ -115,7 +115,7 @@ class ResultTest(SceneTest):
         self.assertAlmostEqual(key.value, 0.4, places=6)
         self.assertEqual(key.slider_max, 0.5)
         self.assertEqual((target.matrix_basis, parent.matrix_basis), before[1:])
-        self.assert_close(module("follow.update").prepare_session(obj).positions, before[0], 1e-6)
+        self.assert_close(module("engine.update").prepare_session(obj).positions, before[0], 1e-6)
 
     def test_state_brings_back_what_constraints_name(self):
         obj = posable()
@@ -192,7 +192,7 @@ class ResultTest(SceneTest):
             obj.shape_key_add(name=name).value = 0.0
         for name in ("Smile", "Frown"):
             obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)
-            for _ in range(2):  # without the live key, then with it
+            for _ in range(2):  # without the pose key, then with it
                 state = module("pose.result").capture_state(obj)
                 self.api.solve(obj)
                 obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("ARAP")

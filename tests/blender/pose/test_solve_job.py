@@ -114,7 +114,7 @@ class WaitTest(SceneTest):
         move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
         self.api.solve(obj)
         self.api.store_pose(obj, "Pose")
-        update, result = module("follow.update"), module("pose.result")
+        update, result = module("engine.update"), module("pose.result")
         shown, state = key_positions(obj), result.capture_state(obj)
         folder = self.new_folder()
         for doing, begin in (

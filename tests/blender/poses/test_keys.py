@@ -103,7 +103,7 @@ class PoseKeysTest(SceneTest):
         self.assertEqual(self.api.poses_to_keys(obj), ["Bent.001", "Turned"])
         self.assert_close(rest_positions(obj), rest, 0.0)
 
-    def test_the_live_key_and_the_active_key_stay(self):
+    def test_the_pose_key_and_the_active_key_stay(self):
         obj, _ = self.with_poses()
         self.api.solve(obj)
         live = key_positions(obj)
@@ -115,7 +115,7 @@ class PoseKeysTest(SceneTest):
         self.assert_close(key_positions(obj), live, 0.0)
         self.assertEqual(obj.data.shape_keys.key_blocks["ARAP"].value, 1.0)
 
-    def test_a_pose_with_the_live_keys_name_is_not_taken_for_it(self):
+    def test_a_pose_with_the_pose_keys_name_is_not_taken_for_it(self):
         obj, _ = self.with_poses()
         self.api.store_pose(obj, "ARAP")
         self.api.poses_to_keys(obj, ["ARAP"])
@@ -138,7 +138,7 @@ class PoseKeysTest(SceneTest):
     def test_a_cancel_leaves_nothing(self):
         obj, _ = self.with_poses()
         self.api.solve(obj)
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         positions = session.positions.copy()
         before = data_of(obj)
         message = "The making of shape keys of 'Tube' was cancelled; nothing has changed"

@@ -205,12 +205,12 @@ class ApplyTest(SceneTest):
         self.api.apply_pose(obj, "Bent")
         self.assert_close(places(obj), stored, 1e-5)
 
-    def test_live_follows(self):
+    def test_follow_follows(self):
         obj = solved()
         shape = key_positions(obj)
         self.api.store_pose(obj, "Bent")
         self.api.reset_handles(obj)
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bpy.context.view_layer.update()
         self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
         bpy.context.view_layer.objects.active = obj

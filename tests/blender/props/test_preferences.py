@@ -18,11 +18,11 @@ class PreferencesTest(SceneTest):
     def test_the_session_has_the_threads_and_another_number_binds_again(self):
         obj = posable()
         self.values.threads = 2
-        first = module("follow.update").prepare_session(obj)
+        first = module("engine.update").prepare_session(obj)
         self.assertEqual(first.settings.threads, 2)
-        self.assertIs(module("follow.update").prepare_session(obj), first)
+        self.assertIs(module("engine.update").prepare_session(obj), first)
         self.values.threads = 1
-        second = module("follow.update").prepare_session(obj)
+        second = module("engine.update").prepare_session(obj)
         self.assertEqual((second.settings.threads, second is first), (1, False))
 
     def test_the_name_of_the_key_is_for_meshes_without_a_name_of_their_own(self):

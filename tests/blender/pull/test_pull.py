@@ -51,15 +51,15 @@ class PullTest(SceneTest):
     def pull(self, obj, grab, shift):
         """A whole drag, without a mouse."""
         begun = self.begin(obj, grab)
-        sessions, mesh = module("core.sessions"), module("follow.mesh")
+        sessions, mesh = module("core.sessions"), module("engine.mesh")
         mesh.adopt(obj, begun.inputs, module("core.background").run(sessions.build(begun.inputs)))
         motion = np.eye(4)
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
             bound = sessions.get(obj.session_uid)
-            snapshot, _ = module("follow.frame").look(obj, self.depsgraph, bound, begun.holds)
-            readout = module("follow.frame").solve(snapshot, bound, matrices, initial_guess="previous")
+            snapshot, _ = module("engine.frame").look(obj, self.depsgraph, bound, begun.holds)
+            readout = module("engine.frame").solve(snapshot, bound, matrices, initial_guess="previous")
             if readout.stop_reason == "converged":
                 break
         self.pins.add(obj, begun.grabs)
@@ -288,8 +288,8 @@ class DragTest(PullTest):
 
     def test_a_bind_that_is_dropped_or_fails_leaves_the_former_session(self):
         obj = posable()
-        former = module("follow.update").prepare_session(obj)
-        sessions, mesh = module("core.sessions"), module("follow.mesh")
+        former = module("engine.update").prepare_session(obj)
+        sessions, mesh = module("core.sessions"), module("engine.mesh")
         self.api.add_pin(obj, MIDDLE)
         inputs = module("scene.inputs").read_input(obj, self.depsgraph)
         binding = mesh.SessionBinding(obj, inputs)
@@ -372,13 +372,13 @@ class DragTest(PullTest):
 
     def test_posing_with_handles_again_needs_no_bind(self):
         obj = posable()
-        prepare_session = module("follow.update").prepare_session
+        prepare_session = module("engine.update").prepare_session
         session = prepare_session(obj)
         begun = self.begin(obj, self.grab(MIDDLE))
         sessions = module("core.sessions")
         again = module("core.background").run(sessions.rebuild(begun.inputs, sessions.get(obj.session_uid)))
         self.assertIs(again, session)
-        module("follow.mesh").adopt(obj, begun.inputs, again)
+        module("engine.mesh").adopt(obj, begun.inputs, again)
         self.assertEqual(unfit(obj), "The pins or handles of 'Tube' have changed")
         self.assertIs(prepare_session(obj), session)
         self.assertEqual(unfit(obj, is_thorough=True), "")
@@ -437,8 +437,8 @@ class PinsTest(PullTest):
 
     def test_a_session_of_a_pull_is_not_taken_for_one_of_the_handles_made_of_it(self):
         """Both hold the same vertices as strongly, but from where they were shown and from rest."""
-        for is_live in (False, True):
-            with self.subTest(is_live=is_live):
+        for use_follow in (False, True):
+            with self.subTest(use_follow=use_follow):
                 obj = mesh_object()
                 self.api.add_pin(obj, BOTTOM, name="Feet")
                 obj.arap.accuracy, obj.arap.max_iterations = 1e-7, 5000
@@ -446,10 +446,10 @@ class PinsTest(PullTest):
                     self.pull(obj, self.grab(TOP), RIGHT)
                 self.assertEqual(self.make_real(obj), (1, 0))
                 posed = shown_positions(obj)
-                if is_live:
-                    obj.arap.is_live = True
+                if use_follow:
+                    obj.arap.use_follow = True
                     bpy.context.view_layer.update()
-                    self.assertEqual(obj.arap.live_problem, "")
+                    self.assertEqual(obj.arap.follow_error, "")
                 else:
                     self.api.bake_animation(obj, 1, 1)
                     bpy.context.view_layer.update()
@@ -495,11 +495,11 @@ class ReasonTest(SceneTest):
         check("Wait for the mesh: it is baked")
         job.cancel()
         check("")
-        act = module("follow.act").PoseAct(None, is_drag=True)
+        act = module("engine.act").PoseAct(None, is_drag=True)
         sessions.claim(obj, act)
         check("The mesh is being pulled: wait until it ")
         sessions.release(obj.session_uid, act)
         check("")
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         check("")
         self.assertFalse(bpy.ops.arap.pull.poll(), "there is no window")

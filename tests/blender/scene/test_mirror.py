@@ -73,11 +73,11 @@ class MirrorTest(SceneTest):
                 for name in names:
                     self.assert_on_plane(obj, key_positions(obj, name))
 
-    def test_live_keeps_it_too(self):
+    def test_follow_keeps_it_too(self):
         obj = self.bent()
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         move(obj.arap.handles[0].target, (0.4, 0.2, 0.0))
-        self.assertEqual(obj.arap.live_problem, "")
+        self.assertEqual(obj.arap.follow_error, "")
         self.assert_on_plane(obj, key_positions(obj))
 
     def test_a_pull_keeps_it_too(self):
@@ -86,11 +86,11 @@ class MirrorTest(SceneTest):
         grab = module("pull.region").Grab(np.array([on_plane], np.int32), 1.0)
         begun = module("pull.hold").begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
         session = module("core.background").run(module("core.sessions").build(begun.inputs))
-        module("follow.mesh").adopt(obj, begun.inputs, session)
+        module("engine.mesh").adopt(obj, begun.inputs, session)
         motion = np.eye(4)
         motion[:3, 3] = (0.3, -0.3, 0.0)
         bound = module("core.sessions").get(obj.session_uid)
-        frame = module("follow.frame")
+        frame = module("engine.frame")
         snapshot, _ = frame.look(obj, bpy.context.evaluated_depsgraph_get(), bound, begun.holds)
         matrices = begun.matrices(motion, np.eye(4))
         frame.solve(snapshot, bound, matrices, initial_guess="previous", to_convergence=True)
@@ -133,12 +133,12 @@ class MirrorTest(SceneTest):
         obj = posable()
         modifier = obj.modifiers.new("Mirror", "MIRROR")
         modifier.mirror_object = empty_at((3.0, 0.0, 0.0))
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         for place in ((1.0, 0.0, 0.0), (2.0, 1.0, 0.0)):
             obj.location = place
             bpy.context.view_layer.update()
             self.assertEqual(unfit(obj), "")
-        self.assertIs(module("follow.update").prepare_session(obj), session)
+        self.assertIs(module("engine.update").prepare_session(obj), session)
 
     def test_a_half_goes_on_where_it_moves_far_from_the_origin(self):
         obj = self.bent()
@@ -148,7 +148,7 @@ class MirrorTest(SceneTest):
         obj.modifiers["Mirror"].mirror_object = centre
         root.location = (23456.7, -9876.5, 0.0)
         bpy.context.view_layer.update()
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         for turn in (0.3, 1.1, 2.2):
             root.rotation_euler = (0.1, turn, -turn)
             bpy.context.view_layer.update()
@@ -173,7 +173,7 @@ class MirrorTest(SceneTest):
     def test_the_modifier_is_heard(self):
         obj = self.bent()
         modifier = obj.modifiers["Mirror"]
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         whole_size = module("scene.remembered").diagonal(obj, bpy.context.evaluated_depsgraph_get())
         self.assertAlmostEqual(whole_size, np.linalg.norm([1.0, 1.0, LENGTH]), places=5)
         for change, back in (
@@ -195,9 +195,9 @@ class MirrorTest(SceneTest):
         modifier.show_viewport = modifier.show_render = True
         modifier.use_mirror_merge = False
         modifier.use_clip = True
-        self.assertIs(module("follow.update").prepare_session(obj), session)
+        self.assertIs(module("engine.update").prepare_session(obj), session)
         modifier.use_clip = False
-        self.assertIsNot(module("follow.update").prepare_session(obj), session)
+        self.assertIsNot(module("engine.update").prepare_session(obj), session)
         self.api.solve(obj)
         is_on = np.abs(rest_positions(obj)[:, 0]) < 1e-6
         self.assertGreater(np.abs(key_positions(obj)[is_on, 0]).max(), 1e-3, "without both the halves are apart")

@@ -7,7 +7,7 @@ from support import SceneTest, bpy, module, opened_again
 from tubes import bend, copied, own_key, posable
 
 
-class LiveKeyTest(SceneTest):
+class PoseKeyTest(SceneTest):
     """The key of the pose is one that was made for it; a key of the artist's own that has its name is not."""
 
     def test_a_key_that_has_the_name_already_is_left_alone(self):
@@ -19,8 +19,8 @@ class LiveKeyTest(SceneTest):
             self.api.solve(obj)
             self.assertEqual(key_names(obj), ["Basis", "ARAP", "ARAP.001"])
             self.assertEqual(obj.arap.key_name, "ARAP.001")
-        module("follow.update").prepare_session(obj)
-        module("follow.update").update_pose(obj)
+        module("engine.update").prepare_session(obj)
+        module("engine.update").update_pose(obj)
         self.assertEqual(self.api.bake_pose(obj, "Bent").name, "Bent")
         self.assert_close(key_positions(obj, "Bent"), key_positions(obj, "ARAP.001"), 0.0)
         self.api.reset_pose(obj)

@@ -195,8 +195,8 @@ class SeenTest(SceneTest):
     def test_follow_waits_while_the_mesh_is_not_seen(self):
         obj = posable()
         modifier = add_nodes(obj, takes_places=True)
-        scene = module("live.scene").BlenderLiveScene(obj)
-        with self.assertRaisesRegex(module("live.run").NotNow, "^Paused: A pose of 'Tube' would not be seen"):
+        scene = module("follow.scene").BlenderFollowScene(obj)
+        with self.assertRaisesRegex(module("follow.run").NotNow, "^Paused: A pose of 'Tube' would not be seen"):
             scene._is_look_due(obj)
         modifier.show_viewport = False
         self.assertFalse(scene._is_look_due(obj))

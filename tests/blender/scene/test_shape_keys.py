@@ -82,7 +82,7 @@ class ShapeKeyTest(SceneTest):
             "press Edit Again after a bake, else unmute it"
         )
         check(muted)
-        check(muted, module("follow.update").update_pose)
+        check(muted, module("engine.update").update_pose)
         key.mute = False
 
         obj.show_only_shape_key = True
@@ -177,9 +177,9 @@ class ShapeKeyTest(SceneTest):
             self.assertEqual(len(override.vertex_groups), n_groups)
             self.assertEqual(common.why_no_mesh(bpy.context), f"This mesh is {reason.format(' first')}")
         override.data = whole
-        override.arap.is_live = True
-        self.assertIsNone(module("live.runs").run_of(override))
-        override.arap.is_live = False
+        override.arap.use_follow = True
+        self.assertIsNone(module("follow.runs").run_of(override))
+        override.arap.use_follow = False
         bpy.ops.object.make_local(type="SELECT_OBDATA")
         self.assertEqual(common.why_no_mesh(bpy.context), "")
         self.api.solve(bpy.context.view_layer.objects.active)

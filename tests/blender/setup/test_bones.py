@@ -84,14 +84,14 @@ class BonesTest(SceneTest):
         armature = arm(obj)
         self.api.add_pin(obj, BOTTOM, name="Feet")
         self.api.add_bones(obj, armature, ["Upper"])
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bpy.context.view_layer.update()
         bend(armature, "Upper", 0.6)
-        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        self.assertEqual((obj.arap.use_follow, obj.arap.follow_error), (True, ""))
         rest = rest_positions(obj)
         self.assert_close(shown_positions(obj)[TOP], bent(rest[TOP], 0.6), 0.06)
         self.assert_close(shown_positions(obj)[BOTTOM], rest[BOTTOM], 1e-5)
-        obj.arap.is_live = False
+        obj.arap.use_follow = False
         bone = armature.pose.bones["Upper"]
         for frame, angle in ((1, 0.0), (11, 1.0)):
             bone.rotation_euler = (angle, 0.0, 0.0)
@@ -221,7 +221,7 @@ class BonesTest(SceneTest):
         bpy.context.view_layer.objects.active = obj
         bpy.ops.arap.bones_add()
         self.assertEqual([handle.bone for handle in obj.arap.handles], ["Upper", "Lower"])
-        self.assertTrue(obj.arap.is_live)
+        self.assertTrue(obj.arap.use_follow)
 
     def test_a_pull_beside_posed_bones_leaves_them_where_they_are(self):
         obj = mesh_object()

@@ -61,15 +61,15 @@ class ModelTest(SceneTest):
 
     def test_follow_and_stored_poses(self):
         obj = self.solid()
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bpy.context.view_layer.update()
         move(obj.arap.handles[0].target, (0.5, 0.0, 0.3), (0.4, 0.0, 0.0))
         bpy.context.view_layer.update()
-        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        self.assertEqual((obj.arap.use_follow, obj.arap.follow_error), (True, ""))
         self.assert_held(obj, shown_positions(obj))
         obj.arap.model = "surface"
         bpy.context.view_layer.update()
-        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        self.assertEqual((obj.arap.use_follow, obj.arap.follow_error), (True, ""))
         self.assert_held(obj, shown_positions(obj))
 
     def test_a_bake_shows_the_place_of_the_handle_in_every_frame(self):

@@ -99,7 +99,7 @@ class PointHandleTest(SceneTest):
                 obj = sheet(matrix)
                 handle = self.api.add_handle(obj, [CENTRE + 1], name="Point")
                 bpy.context.view_layer.update()
-                module("follow.update").prepare_session(obj)
+                module("engine.update").prepare_session(obj)
                 patch = patch_of(obj)
                 self.assertGreater(len(patch.vertices), 20)
                 self.assert_close(
@@ -120,7 +120,7 @@ class PointHandleTest(SceneTest):
         vertex = SIDE * (SIDE // 2) + 2
         handle = self.api.add_handle(obj, [vertex], name="Point")
         bpy.context.view_layer.update()
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         patch = patch_of(obj)
         rim = np.flatnonzero(np.abs(rest_positions(obj)[:, :2]).max(axis=1) > 0.99)
         self.assertFalse(set(patch.vertices.tolist()) & set(rim.tolist()))
@@ -188,10 +188,10 @@ class PointHandleTest(SceneTest):
     def test_exact_is_noticed_at_once(self):
         obj = sheet()
         handle = self.api.add_handle(obj, [CENTRE], name="Point")
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         handle.is_exact = True
         self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         self.assertIsNone(patch_of(obj))
 
     def test_an_empty_group_may_be_chosen_on_a_posed_mesh_and_painted_later(self):

@@ -42,9 +42,9 @@ class StiffnessTest(SceneTest):
         self.api.solve(obj)
         self.assertGreater(out_of_shape(obj, BELLY), 1e-2)
 
-    def test_live_and_painted_stiffness(self):
+    def test_follow_and_painted_stiffness(self):
         obj = solved()
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bpy.context.view_layer.update()
         bent = out_of_shape(obj, BELLY)
         group = obj.vertex_groups.new(name="Belly")
@@ -55,7 +55,7 @@ class StiffnessTest(SceneTest):
         obj.data.update_tag()
         bpy.context.view_layer.update()
         self.assertLess(out_of_shape(obj, BELLY), 0.5 * bent)
-        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        self.assertEqual((obj.arap.use_follow, obj.arap.follow_error), (True, ""))
         obj.arap.stiffness[0].is_rigid = True
         obj.update_tag()
         bpy.context.view_layer.update()

@@ -52,11 +52,11 @@ class WeightTest(SceneTest):
         bpy.ops.ed.undo()
         self.assertEqual(module("setup.handles").handle_problem(bpy.data.objects["Tube"], 0, with_weights=True), "")
 
-    def test_live_takes_weights_without_a_bind_in_weight_paint_too(self):
+    def test_follow_takes_weights_without_a_bind_in_weight_paint_too(self):
         sessions = module("core.sessions")
         obj = posable()
         self.api.add_pin(obj, MIDDLE, name="Waist")
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bend(obj)
         held = key_positions(obj)[MIDDLE]
         self.assert_close(held, rest_positions(obj)[MIDDLE])
@@ -70,10 +70,10 @@ class WeightTest(SceneTest):
                 bpy.context.view_layer.update()
                 self.assertIs(sessions.get(uid("Tube")).session, session)
                 is_held = np.abs(key_positions(obj) - rest_positions(obj))[MIDDLE].max() < 1e-4
-                self.assertEqual((is_held, obj.arap.live_problem), (weight == 1.0, ""))
+                self.assertEqual((is_held, obj.arap.follow_error), (weight == 1.0, ""))
 
     def followed(self, obj):
-        """Its FollowScene, told of evaluations as an act's is."""
+        """Its EngineScene, told of evaluations as an act's is."""
         scene = module("pose.scene").ActScene(obj)
 
         def tell(_scene, depsgraph):

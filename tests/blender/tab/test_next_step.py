@@ -54,7 +54,7 @@ class NextStepTest(SceneTest):
         self.assert_step("Click a handle in the list, then press G.")
         obj.arap.shown_row = 0
         self.assert_step("Move, turn or scale the handle: G, R, S.", "REC")
-        obj.arap.is_live = False
+        obj.arap.use_follow = False
         self.assert_step("Tick Follow, then move a handle: the mesh follows.")
         pull_pins = module("pull.pins")
         pull_pins.add(obj, [module("pull.region").Grab(np.array(MIDDLE, dtype=np.int32), 1.0)])
@@ -78,13 +78,13 @@ class NextStepTest(SceneTest):
 
     def test_while_posing(self):
         obj = self.active_mesh(is_ready=True)
-        posing = module("follow.act").PoseAct(mock.Mock())
+        posing = module("engine.act").PoseAct(mock.Mock())
         module("core.sessions").claim(obj, posing)
         self.addCleanup(module("core.sessions").release, obj.session_uid, posing)
         self.assert_step("Move a handle (G, R, S). Enter keeps the pose, Esc cancels it.", "REC")
-        posing._follower._binding = mock.Mock()
+        posing._tracker._binding = mock.Mock()
         with (
-            mock.patch.object(type(posing), "phase", module("follow.act").Phase.BINDING),
+            mock.patch.object(type(posing), "phase", module("engine.act").Phase.BINDING),
             mock.patch.object(type(posing), "bind_fraction", 0.25),
         ):
             self.assertEqual(self.next_step.next_step(bpy.context).fraction, 0.25)
@@ -97,24 +97,24 @@ class NextStepTest(SceneTest):
 
     def test_what_follow_cannot_do(self):
         obj = self.active_mesh(is_ready=True)
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bpy.context.view_layer.update()
-        module("live.runs").run_of(obj).pause = "Paused"
+        module("follow.runs").run_of(obj).pause = "Paused"
         self.assert_step("Paused", "PAUSE")
-        obj.arap.is_live = False
-        obj.arap.live_problem = "Broken"
+        obj.arap.use_follow = False
+        obj.arap.follow_error = "Broken"
         self.assert_step("Broken", "ERROR")
 
     def test_a_deleted_empty_is_told_of_until_it_is_back(self):
         """In the same words while Follow has a problem, and after a pull has forgotten that."""
         obj = self.active_mesh(is_ready=True)
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         text = "A handle has no own empty: press Copy Handles or remove it."
         bpy.context.scene.collection.objects.unlink(obj.arap.handles[0].target)
         bpy.context.view_layer.update()
-        self.assertFalse(obj.arap.is_live)
+        self.assertFalse(obj.arap.use_follow)
         self.assert_step(text, "ERROR")
-        obj.arap.live_problem = ""
+        obj.arap.follow_error = ""
         self.assert_step(text, "ERROR")
         bpy.ops.arap.handles_copy()
         bpy.context.view_layer.update()

@@ -54,10 +54,10 @@ class ErrorTest(SceneTest):
         with mock.patch.object(bake, "draw_text_in_dialog") as draw_text:
             bake.FramesOperator.draw_size(operator, bpy.context, mock.Mock(side_effect=MemoryError), "INFO")
         draw_text.assert_called_once_with(bpy.context, operator.layout, text, "ERROR")
-        run = mock.Mock(_uid=obj.session_uid, _follower=None)
+        run = mock.Mock(_uid=obj.session_uid, _tracker=None)
         run.restore_handles.side_effect = MemoryError
         self.assertEqual(module("poses.blend_run").BlendRun.restore(run), text)
-        act = module("follow.act").PoseAct(mock.Mock())
+        act = module("engine.act").PoseAct(mock.Mock())
         act.fail(MemoryError())
         self.assertEqual(act.end.message, f"Posing has ended and everything is as before: {text}")
 
@@ -97,7 +97,7 @@ class ReasonTest(ClaimTest):
         for name in ("solve", "bake_animation", "edit_mesh", "select_unheld", *followed):
             self.assertIn("Wait for the mesh: it is solved", self.reason(name))
         self.doCleanups()
-        self.claim(obj.name, module("follow.act").PoseAct(None))
+        self.claim(obj.name, module("engine.act").PoseAct(None))
         for name in followed:
             self.assertTrue(getattr(bpy.ops.arap, name).poll(), f"{name}: posing follows")
         self.assertIn("End the pose first: Enter keeps it, Esc cancels it", self.reason("solve"))

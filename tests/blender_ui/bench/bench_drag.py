@@ -119,11 +119,11 @@ def blend(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Milliseco
     yield
     ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, start="REST", pose="Moved")
     run = ui.running[NAME]
-    yield from ui.until(lambda: run.is_ready and run._follower.readout is not None, "it is bound")
-    loop = MainLoop(ui, lambda: run._follower.readout.iterations)
+    yield from ui.until(lambda: run.is_ready and run._tracker.readout is not None, "it is bound")
+    loop = MainLoop(ui, lambda: run._tracker.readout.iterations)
     loop.watch_step(run, "set_factor", "place handles")
     loop.watch_act(run, "set_factor", "tick")
-    loop.watch_evaluation(run._follower._scene)
+    loop.watch_evaluation(run._tracker._scene)
     yield from loop.move(to_and_fro(ui.mouse, run._pixels), n_frames(creature))
     yield from ui.key("ESC")
     return loop.rows

@@ -53,8 +53,8 @@ def test_picture_bones(ui: Ui) -> Steps:
     bpy.context.view_layer.objects.active = creature
     yield
     assert ui.call(bpy.ops.arap.bones_add) == {"FINISHED"}
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
-    assert creature.arap.live_problem == ""
+    yield from ui.until(lambda: ui.follow.run_of(creature).is_settled, "it is bound")
+    assert creature.arap.follow_error == ""
     tidy_up(ui.view.spaces.active)
     look(ui, right=-0.9, up=0.25, closer=0.9)
     yield from camera.view("guide-bones-1", *CUT)
@@ -65,5 +65,5 @@ def test_picture_bones(ui: Ui) -> Steps:
         bone.rotation_mode = "XYZ"
         bone.rotation_euler = turn
     yield
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "the mesh follows")
+    yield from ui.until(lambda: ui.follow.run_of(creature).is_settled, "the mesh follows")
     yield from camera.view("guide-bones-2", *CUT)

@@ -4,7 +4,7 @@
 import bpy
 from camera import Camera, begin_pull, look, tidy_up
 from harness import Steps, Ui
-from test_live import make_cage, move_selected
+from test_follow import make_cage, move_selected
 from test_pose import select_vertices
 
 CUT = ("-gravity", "center", "-crop", "690x0-60+0", "+repage", "-resize", "50%")

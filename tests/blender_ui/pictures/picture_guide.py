@@ -66,7 +66,7 @@ def test_picture_panels(ui: Ui) -> Steps:
     yield from camera.open_panels()
     for name, panels in PANELS.items():
         yield from camera.panel(f"guide-panel-{name}", *panels)
-    assert creature.arap.live_problem == ""
+    assert creature.arap.follow_error == ""
 
 
 def test_picture_first_pose(ui: Ui) -> Steps:
@@ -85,11 +85,11 @@ def test_picture_first_pose(ui: Ui) -> Steps:
     assert ui.call(bpy.ops.arap.handle_add) == {"FINISHED"}
     empty = creature.arap.handles[0].target
     yield from camera.view("guide-first-pose-2", *MIDDLE)
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
+    yield from ui.until(lambda: ui.follow.run_of(creature).is_settled, "it is bound")
     empty.location += Vector((0.05, -0.35, 0.35))
     empty.rotation_euler.x = -1.0
     yield
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "the mesh follows")
+    yield from ui.until(lambda: ui.follow.run_of(creature).is_settled, "the mesh follows")
     yield from camera.view("guide-first-pose-3", *MIDDLE)
     yield from ui.open_tab()
     yield from camera.panel("guide-panel-posing")

@@ -19,11 +19,11 @@ def test_picture_paint(ui: Ui) -> Steps:
     look(ui, closer=0.85)
     creature.vertex_groups.new(name="Back")
     ui.api.add_pin_group(creature, "Back")
-    creature.arap.is_live = True
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "Live settles")
+    creature.arap.use_follow = True
+    yield from ui.until(lambda: ui.follow.run_of(creature).is_settled, "Follow settles")
     yield from paint(ui, "Back", creature)
     yield from stroke(ui)
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "the mesh follows")
+    yield from ui.until(lambda: ui.follow.run_of(creature).is_settled, "the mesh follows")
     yield from camera.area("guide-paint")
 
 

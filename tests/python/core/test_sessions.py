@@ -45,7 +45,7 @@ def test_idle_sessions_go_when_there_is_too_much_of_them():
     assert there() == "AB"
     put("C", 0.1)
     assert there() == "AC", "B was put before A"
-    sessions.hold(ord("C"), "Live")
+    sessions.hold(ord("C"), "Follow")
     act = SimpleNamespace(doing="it is posed")
     sessions.claim(SimpleNamespace(session_uid=ord("D"), name="D"), act)
     put("D", 5.0)
@@ -53,7 +53,7 @@ def test_idle_sessions_go_when_there_is_too_much_of_them():
     assert there() == "CDE", "one that is held, one of an act, and the last one"
     sessions.drop_idle(ord("C"))
     assert there() == "CDE"
-    sessions.let_go(ord("C"), "Live")
+    sessions.let_go(ord("C"), "Follow")
     sessions.release(ord("D"), act)
     put("F", 9.0)
     assert there() == "F"

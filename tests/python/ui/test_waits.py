@@ -4,9 +4,9 @@
 from dataclasses import replace
 
 import pytest
-from arap_deform.core.following import Follower
+from arap_deform.core.tracker import HandleTracker
 from arap_deform.ui.waits import SHOWN_AFTER_S, Wait, Waiters, wait_for_bind
-from fake_follow import FakeFollowScene
+from fake_engine import FakeEngineScene
 
 
 class Binding:
@@ -15,8 +15,8 @@ class Binding:
     def __init__(self, name: str) -> None:
         self.name = name
         self.now = 100.0
-        self.scene = FakeFollowScene(is_fit=False)
-        self.follower = Follower(self.scene, lambda: self.now)
+        self.scene = FakeEngineScene(is_fit=False)
+        self.follower = HandleTracker(self.scene, lambda: self.now)
         self.follower.begin()
 
     def wait(self) -> Wait | None:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from arap_deform.core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
-from arap_deform.follow.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
-from fake_follow import FakeBind, FakeFollowScene, evaluate_with_matrices
+from arap_deform.core.tracker import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
+from arap_deform.engine.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
+from fake_engine import FakeBind, FakeEngineScene, evaluate_with_matrices
 
 
 @dataclass
-class FakeScene(FakeFollowScene):
+class FakeScene(FakeEngineScene):
     """The scene of an act."""
 
     reason: str = ""

@@ -106,12 +106,12 @@ class AppliedTest(SceneTest):
 
     def test_a_mesh_that_follows(self):
         obj = posable(matrix=PLACED)
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bend(obj)
         before = world_of(obj)
         self.assertGreater(np.abs(before - in_world(obj, rest_positions(obj))).max(), 0.3)
         apply(obj)
-        self.assertTrue(obj.arap.is_live)
+        self.assertTrue(obj.arap.use_follow)
         self.assert_close(world_of(obj), before, 1e-3)
 
     def test_undo_redo_and_a_saved_file(self):
@@ -131,7 +131,7 @@ class AppliedTest(SceneTest):
     def test_scaled_flat(self):
         """Where its handles rest cannot be told any more: their list says so, and other meshes go on."""
         obj, other = solved(), posable("Other")
-        other.arap.is_live = True
+        other.arap.use_follow = True
         self.api.store_pose(obj, "Bent")
         obj.scale.z = 0.0
         with contextlib.redirect_stderr(io.StringIO()) as said:
@@ -145,7 +145,7 @@ class AppliedTest(SceneTest):
 
     def test_a_fault_with_one_mesh_keeps_no_other_from_its_turn(self):
         broken, obj = posable("Broken", PLACED), solved("Tube", PLACED)
-        before, look = world_of(obj), module("follow.applied").look
+        before, look = world_of(obj), module("engine.applied").look
 
         def fails(each):
             if each.name == "Broken":
@@ -155,7 +155,7 @@ class AppliedTest(SceneTest):
         for select in (broken, obj):
             select.select_set(True)
         with (
-            mock.patch.object(module("follow.applied"), "look", fails),
+            mock.patch.object(module("engine.applied"), "look", fails),
             contextlib.redirect_stderr(io.StringIO()) as said,
         ):
             with bpy.context.temp_override(active_object=obj, selected_editable_objects=[broken, obj]):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a mesh is kept to its handles: bind, follow, refine until settled. FollowScene stands for Blender.
+"""How a mesh is kept to its handles: bind, follow, refine until settled. EngineScene stands for Blender.
 
-The posing act, Pull and Live share it. Each of them decides when it begins and ends.
+The posing act, Pull and Follow share it. Each of them decides when it begins and ends.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Bind(Protocol):
         """Makes the result the live session. Raises what the bind raised. Only if it is done."""
 
 
-class FollowScene(Protocol):
+class EngineScene(Protocol):
     """What following needs of Blender, for one object."""
 
     def look(self) -> str:
@@ -84,10 +84,10 @@ class FollowScene(Protocol):
         """The mesh has settled: nothing is written until something changes."""
 
 
-class Follower:
+class HandleTracker:
     """Follows the handles of one object. Every method may raise what the scene raises."""
 
-    def __init__(self, scene: FollowScene, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(self, scene: EngineScene, clock: Callable[[], float] = time.perf_counter) -> None:
         self._scene = scene
         self._clock = clock
         self._besides_s = 0.0  # of the last update, all but the solve
@@ -192,23 +192,23 @@ class Follower:
             self._scene.settled()
 
 
-class HasFollower:
+class BindProgress:
     """What panels show of a follower, for what owns one."""
 
-    _follower: Follower
+    _tracker: HandleTracker
 
     @property
     def is_binding(self) -> bool:
-        return self._follower.is_binding
+        return self._tracker.is_binding
 
     @property
     def bind_fraction(self) -> float:
-        return self._follower.bind_fraction
+        return self._tracker.bind_fraction
 
     @property
     def bind_s(self) -> float:
-        return self._follower.bind_s
+        return self._tracker.bind_s
 
     @property
     def readout(self) -> Readout | None:
-        return self._follower.readout
+        return self._tracker.readout

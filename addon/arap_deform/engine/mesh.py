@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is done with the live session of an object: it is bound in the background, adopted, and brought up to date.
 
-For the act or the Live run that has the mesh: nothing here asks who has it.
+For the act or the Follow run that has the mesh: nothing here asks who has it.
 """
 
 from __future__ import annotations

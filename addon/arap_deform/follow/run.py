@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live of one object: the mesh follows its handles all the time. LiveScene stands for Blender.
+"""Follow of one object: the mesh follows its handles all the time. FollowScene stands for Blender.
 
 Handlers tell that the scene was evaluated. A timer goes on if that was not enough. While the artist moves a handle, and
 during playback, each solve goes on from the one before. After a change of frame it starts from rest: so a frame looks
@@ -17,7 +17,14 @@ from enum import Enum, auto
 from functools import partial
 from typing import Protocol
 
-from ..core.following import BIND_STEP_S, FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
+from ..core.tracker import (
+    BIND_STEP_S,
+    FOLLOW_TIME_LIMIT_S,
+    REFINE_TIME_LIMIT_S,
+    BindProgress,
+    EngineScene,
+    HandleTracker,
+)
 
 # A mesh whose step takes longer than this lets Blender work for as long before its next one.
 HEAVY_STEP_S = 0.03
@@ -25,7 +32,7 @@ MOST_STEPS_OF_BINDING = 6  # two binds: if the session does not fit then, it nev
 
 
 class NotNow(Exception):
-    """The mesh cannot follow until something changes. Says why in a few words. Live stays on."""
+    """The mesh cannot follow until something changes. Says why in a few words. Follow stays on."""
 
 
 class When(Enum):
@@ -37,8 +44,8 @@ class When(Enum):
     PLAYBACK = auto()
 
 
-class LiveScene(FollowScene, Protocol):
-    """What Live needs of Blender, for one object."""
+class FollowScene(EngineScene, Protocol):
+    """What Follow needs of Blender, for one object."""
 
     def has_changed(self) -> bool:
         """Whether anything that the pose depends on has changed since the first call. Changes nothing itself."""
@@ -54,20 +61,20 @@ class LiveScene(FollowScene, Protocol):
         """
 
     def switch_off(self, error: Exception) -> None:
-        """Live cannot go on: switches it off and says why."""
+        """Follow cannot go on: switches it off and says why."""
 
 
-class LiveRun(HasFollower):
-    """From the moment that Live is switched on until ``is_over``. No method raises."""
+class FollowRun(BindProgress):
+    """From the moment that Follow is switched on until ``is_over``. No method raises."""
 
     def __init__(
-        self, scene: LiveScene, clock: Callable[[], float] = time.perf_counter, *, is_waiting: bool = False
+        self, scene: FollowScene, clock: Callable[[], float] = time.perf_counter, *, is_waiting: bool = False
     ) -> None:
         """Prepares it. ``is_waiting``: until something moves, the pose shown is the right one."""
         self._scene = scene
         self._is_waiting = is_waiting
         self._clock = clock
-        self._follower = Follower(scene, clock)
+        self._tracker = HandleTracker(scene, clock)
         self._is_busy = False
         self._is_resuming = True  # the next step begins with the pose that the key shows
         self._is_from_rest = False  # the next step starts from rest
@@ -81,7 +88,7 @@ class LiveRun(HasFollower):
     def is_settled(self) -> bool:
         """Whether there is nothing left to do until something changes."""
         is_busy = self.is_binding or self._is_resuming or self._is_behind or self._is_played
-        return self._is_waiting or (self._follower.is_settled and not is_busy)
+        return self._is_waiting or (self._tracker.is_settled and not is_busy)
 
     @property
     def wants_timer(self) -> bool:
@@ -117,7 +124,7 @@ class LiveRun(HasFollower):
     def end(self) -> None:
         """Switched off, or the object is gone."""
         self.is_over = True
-        self._follower.drop()
+        self._tracker.drop()
 
     def _guarded(self, step: Callable[[], object]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
@@ -142,23 +149,23 @@ class LiveRun(HasFollower):
             self._scene.look_again()
 
     def _follow_in_time(self, when: When, time_limit_s: float) -> None:
-        self._is_behind = self._clock() < self._free_at or not self._follower.is_ready()
+        self._is_behind = self._clock() < self._free_at or not self._tracker.is_ready()
         if self._is_behind or self._timed(partial(self._follow, time_limit_s)):
             self._is_played = self._is_played or when is When.PLAYBACK
 
     def _tick(self, time_limit_s: float, *, is_playing: bool) -> None:
-        if self._clock() < self._free_at or not self._follower.prepare() or is_playing:
+        if self._clock() < self._free_at or not self._tracker.prepare() or is_playing:
             return
         if self._is_played:
             self._is_played, self._is_from_rest = False, True
-            self._follower.forget_place()
+            self._tracker.forget_place()
         self._is_behind = False
         self._timed(partial(self._follow_or_refine, time_limit_s))
 
     def _follow_or_refine(self, time_limit_s: float) -> bool:
         has_moved = self._follow(FOLLOW_TIME_LIMIT_S)
         if not has_moved:
-            self._follower.refine(time_limit_s)
+            self._tracker.refine(time_limit_s)
         return has_moved
 
     def _settle(self, bind_limit_s: float, *, has_timer: bool) -> None:
@@ -168,7 +175,7 @@ class LiveRun(HasFollower):
             return
         for _ in range(MOST_STEPS_OF_BINDING):
             was_binding = self.is_binding
-            if self._follower.prepare(bind_limit_s):
+            if self._tracker.prepare(bind_limit_s):
                 self._follow(None)
                 self._is_played = False
                 return
@@ -183,9 +190,9 @@ class LiveRun(HasFollower):
     def _follow(self, time_limit_s: float | None) -> bool:
         if self._is_resuming:
             self._is_resuming = False
-            self._follower.go_on_from_shown()
+            self._tracker.go_on_from_shown()
         is_from_rest, self._is_from_rest = self._is_from_rest, False
-        return self._follower.follow(time_limit_s, is_from_rest=is_from_rest)
+        return self._tracker.follow(time_limit_s, is_from_rest=is_from_rest)
 
     def _timed(self, step: Callable[[], bool]) -> bool:
         """Does a step. After a heavy one Blender has as much time before the next."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live in a window: no act is begun, and the mesh follows whatever moves its handles."""
+"""Follow in a window: no act is begun, and the mesh follows whatever moves its handles."""
 
 from collections.abc import Generator
 from pathlib import Path
@@ -22,7 +22,7 @@ def bar(name: str = "Bar") -> bpy.types.Object:
 
 
 def is_settled(ui: Ui, name: str = "Bar") -> bool:
-    run = ui.live.run_of(bar(name))
+    run = ui.follow.run_of(bar(name))
     return run is not None and run.is_settled and not run.pause
 
 
@@ -35,11 +35,11 @@ def settle(ui: Ui, *names: str) -> Steps:
 
 def begin(ui: Ui) -> Steps:
     """The bar, its top on a handle, live, and followed at every evaluation however slow the machine is."""
-    ui.change(ui.live_run, "HEAVY_STEP_S", float("inf"))
+    ui.change(ui.follow_run, "HEAVY_STEP_S", float("inf"))
     scenes.add_bar_with_handle(ui.api)
     bar().arap.accuracy = 1e-6
     bar().arap.max_iterations = 2000
-    bar().arap.is_live = True
+    bar().arap.use_follow = True
     ui.select(bpy.data.objects["Top"])
     yield from settle(ui)
     bpy.ops.ed.undo_push(message="live")
@@ -58,7 +58,7 @@ def add_second_bar(ui: Ui) -> None:
     ui.api.add_pin(second, scenes.bottom(), name="Bottom")
     ui.api.add_handle(second, scenes.top(), name="Other")
     second.arap.accuracy, second.arap.max_iterations = 1e-6, 2000
-    second.arap.is_live = True
+    second.arap.use_follow = True
 
 
 def animate(target: bpy.types.Object, *, reach: float) -> None:
@@ -77,7 +77,7 @@ def assert_followed(ui: Ui, name: str = "Bar") -> None:
     rest = scenes.key_positions(obj, "Basis")
     motion = ui.handle_motion.handle_matrices(obj)[1]
     assert np.isfinite(shown).all()
-    assert obj.arap.is_live, obj.arap.live_problem
+    assert obj.arap.use_follow, obj.arap.follow_error
     top = rest[scenes.top()] @ motion[:3, :3].T + motion[:3, 3]
     np.testing.assert_allclose(shown[scenes.top()], top, atol=NEAR)
     np.testing.assert_allclose(shown[scenes.bottom()], rest[scenes.bottom()], atol=NEAR)
@@ -109,14 +109,14 @@ def drag(ui: Ui, amount: str = "1") -> Steps:
     yield from ui.key("RET")
 
 
-def test_live_waits_while_modifiers_hide_the_pose(ui: Ui) -> Steps:
+def test_follow_waits_while_modifiers_hide_the_pose(ui: Ui) -> Steps:
     """It looks when they change, says so in the tab, and goes on when the pose is seen again."""
     yield from begin(ui)
     yield from ui.open_tab()
     posed = scenes.key_positions(bar(), "ARAP")
     modifier = add_nodes_that_take_the_places(bar())
     reason = "Paused: A pose of 'Bar' would not be seen: modifier 'Nodes' takes the vertices from elsewhere"
-    yield from ui.until(lambda: ui.live.run_of(bar()).pause.startswith(reason), "it is seen to be hidden")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).pause.startswith(reason), "it is seen to be hidden")
     yield from drag(ui)
     np.testing.assert_array_equal(scenes.key_positions(bar(), "ARAP"), posed)
     modifier.show_viewport = False
@@ -125,7 +125,7 @@ def test_live_waits_while_modifiers_hide_the_pose(ui: Ui) -> Steps:
     assert np.abs(scenes.key_positions(bar(), "ARAP") - posed).max() > 0.5
 
 
-def test_live_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:
+def test_follow_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:
     """G moves the mesh before it is confirmed; undo and redo are Blender's own and the mesh goes along."""
     yield from begin(ui)
     rest = scenes.key_positions(bar(), "Basis")
@@ -158,7 +158,7 @@ def test_live_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=SAME)
 
 
-def test_live_playback(ui: Ui) -> Steps:
+def test_follow_playback(ui: Ui) -> Steps:
     """The mesh follows in each frame that is played, and settles where it stops."""
     yield from begin(ui)
     animate(bpy.data.objects["Top"], reach=1.5)
@@ -188,13 +188,13 @@ def test_live_playback(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.shown_positions(bar()), stopped, atol=SAME)
 
 
-def test_live_and_a_posing_act(ui: Ui) -> Steps:
-    """Live waits while the mesh is posed; once the act has ended it follows again."""
+def test_follow_and_a_posing_act(ui: Ui) -> Steps:
+    """Follow waits while the mesh is posed; once the act has ended it follows again."""
     yield from begin(ui)
     yield from drag(ui)
     yield from settle(ui)
     assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
-    yield from ui.until(lambda: ui.live.run_of(bar()).pause == "Paused while it is posed", "Live waits")
+    yield from ui.until(lambda: ui.follow.run_of(bar()).pause == "Paused while it is posed", "Follow waits")
     yield from drag(ui)
     yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
     yield from ui.key("ESC")
@@ -206,11 +206,11 @@ def test_live_and_a_posing_act(ui: Ui) -> Steps:
     assert_followed(ui)
 
 
-def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
+def test_follow_frames_shown_alone_are_finished(ui: Ui) -> Steps:
     """A script's frame_set, and each frame of a viewport render, shows the end of the solve, also of a heavy mesh."""
     yield from begin(ui)
     animate(bpy.data.objects["Top"], reach=1.5)
-    ui.change(ui.live_run, "HEAVY_STEP_S", 0.0)
+    ui.change(ui.follow_run, "HEAVY_STEP_S", 0.0)
     ui.change(ui.following, "FOLLOW_TIME_LIMIT_S", 1e-9)
     scene = bpy.context.scene
     seen: dict[int, list[np.ndarray]] = {}
@@ -221,7 +221,7 @@ def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
     bpy.app.handlers.frame_change_post.append(note)
     for frame in (15, 30, 22):
         scene.frame_set(frame)
-        assert ui.live.run_of(bar()).is_settled
+        assert ui.follow.run_of(bar()).is_settled
     scene.frame_start, scene.frame_end = 14, 16
     scene.render.filepath = f"{bpy.app.tempdir}frame_"
     scene.render.resolution_x = scene.render.resolution_y = 32
@@ -230,14 +230,14 @@ def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
     for frame in (14, 15, 16):
         for shown in seen[frame]:
             np.testing.assert_allclose(shown, seen[frame][0], atol=SAME)
-    bar().arap.is_live = False
+    bar().arap.use_follow = False
     for frame in (15, 30):
         scene.frame_set(frame)
         ui.api.solve(bar())
         np.testing.assert_allclose(seen[frame][0], scenes.key_positions(bar()), atol=SAME)
 
 
-def test_live_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
+def test_follow_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
     """The bar is drawn over the view, in each theme and size. Esc switches Follow off, and nothing moves."""
     yield from begin(ui)
     shown = scenes.shown_positions(bar())
@@ -265,23 +265,23 @@ def test_live_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
         yield from ui.screenshot("light")
         bpy.ops.preferences.reset_default_theme()
         yield from ui.key("ESC")
-        yield from ui.until(lambda: not bar().arap.is_live, "Follow is off")
+        yield from ui.until(lambda: not bar().arap.use_follow, "Follow is off")
         yield from ui.until_no_bar()
     np.testing.assert_array_equal(scenes.shown_positions(bar()), shown)
     assert not ui.can(bpy.ops.arap.preparing_cancel)
-    bar().arap.is_live = True
+    bar().arap.use_follow = True
     yield from settle(ui)
     assert_followed(ui)
 
 
-def test_live_frame_that_must_bind_catches_up(ui: Ui) -> Steps:
+def test_follow_frame_that_must_bind_catches_up(ui: Ui) -> Steps:
     """The first step to another frame after a load does not wait for the bind, however long that takes."""
     yield from begin(ui)
     animate(bpy.data.objects["Top"], reach=1.5)
     ui.sessions.drop(bpy.data.objects["Bar"].session_uid)
     with ui.held_stage() as gate:
         bpy.context.scene.frame_set(15)
-        assert ui.live.run_of(bar()).is_binding
+        assert ui.follow.run_of(bar()).is_binding
         yield from ui.until_held()
         gate.open()
     yield from settle(ui)
@@ -291,7 +291,7 @@ def test_live_frame_that_must_bind_catches_up(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.key_positions(bar()), caught_up, atol=SAME)
 
 
-def test_live_of_an_opened_file_binds_nothing_before_something_moves(ui: Ui) -> Steps:
+def test_follow_of_an_opened_file_binds_nothing_before_something_moves(ui: Ui) -> Steps:
     """Nor does drawing it, or a look at another frame without an animation."""
     yield from begin(ui)
     yield from drag(ui)
@@ -314,15 +314,15 @@ def test_live_of_an_opened_file_binds_nothing_before_something_moves(ui: Ui) -> 
     assert_followed(ui)
 
 
-def test_live_stays_off_after_an_unrelated_undo(ui: Ui) -> Steps:
-    """Live has given up, the artist mends the cause and goes on by hand: undo takes back that step alone."""
+def test_follow_stays_off_after_an_unrelated_undo(ui: Ui) -> Steps:
+    """Follow has given up, the artist mends the cause and goes on by hand: undo takes back that step alone."""
     yield from begin(ui)
     yield from drag(ui)
     yield from settle(ui)
     bar().data.shape_keys.key_blocks["ARAP"].mute = True
     bpy.ops.ed.undo_push(message="muted")
     bpy.data.objects["Top"].location.x += 0.5
-    yield from ui.until(lambda: not bar().arap.is_live, "Live is off")
+    yield from ui.until(lambda: not bar().arap.use_follow, "Follow is off")
     bar().data.shape_keys.key_blocks["ARAP"].mute = False
     bpy.ops.ed.undo_push(message="unmuted")
     posed = scenes.key_positions(bar())
@@ -332,12 +332,12 @@ def test_live_stays_off_after_an_unrelated_undo(ui: Ui) -> Steps:
     for _ in range(3):
         yield
     assert abs(bar().location.y) < NEAR
-    assert not bar().arap.is_live
-    assert bar().arap.live_problem
+    assert not bar().arap.use_follow
+    assert bar().arap.follow_error
     np.testing.assert_array_equal(scenes.key_positions(bar()), posed)
 
 
-def test_live_makes_a_removed_key_anew_as_a_step_of_undo(ui: Ui) -> Steps:
+def test_follow_makes_a_removed_key_anew_as_a_step_of_undo(ui: Ui) -> Steps:
     """Blender keeps a mesh that no step has changed: a key made between two steps would be one that is gone."""
 
     def has_key() -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The posing act as a state machine. FollowScene stands for Blender; tests fake it.
+"""The posing act as a state machine. EngineScene stands for Blender; tests fake it.
 
     BINDING --bound--> FOLLOWING --end--> ENDED
        ^                   |
@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 from ..core import native
-from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
+from ..core.tracker import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, BindProgress, EngineScene, HandleTracker
 
 # Keep settles the pose first, but not for longer than an artist waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
@@ -43,7 +43,7 @@ class End:
     error: Exception | None = None
 
 
-class PoseAct(HasFollower):
+class PoseAct(BindProgress):
     """One posing act of one object, from begin() until ``end`` is set.
 
     A timer calls tick(). scene_changed() is called after each evaluation of the scene, undone() after an undo or redo.
@@ -51,25 +51,25 @@ class PoseAct(HasFollower):
     raises ValueError once there is a pose, the pose stays; any other exception restores everything.
     """
 
-    def __init__(self, scene: FollowScene, *, is_drag: bool = False) -> None:
+    def __init__(self, scene: EngineScene, *, is_drag: bool = False) -> None:
         """Prepares it. ``is_drag``: it lasts for one drag, so panels offer nothing meanwhile."""
         self._scene = scene
         self.is_drag = is_drag
-        self._follower = Follower(scene)
+        self._tracker = HandleTracker(scene)
         self._is_busy = False
         self._is_keeping = False
         self.end: End | None = None
 
     @property
     def doing(self) -> str:
-        """What Live waits for, and what a refused call says."""
+        """What Follow waits for, and what a refused call says."""
         return "it is pulled" if self.is_drag else "it is posed"
 
     @property
     def phase(self) -> Phase:
         if self.end is not None:
             return Phase.ENDED
-        return Phase.BINDING if self._follower.is_binding else Phase.FOLLOWING
+        return Phase.BINDING if self._tracker.is_binding else Phase.FOLLOWING
 
     @property
     def is_keeping(self) -> bool:
@@ -78,11 +78,11 @@ class PoseAct(HasFollower):
 
     @property
     def is_settled(self) -> bool:
-        return self._follower.is_settled
+        return self._tracker.is_settled
 
     def begin(self) -> None:
         """Binds if the session does not fit. Raises ValueError if the scene cannot be posed: then no act has begun."""
-        self._follower.begin()
+        self._tracker.begin()
 
     def tick(self, refine_time_s: float = REFINE_TIME_LIMIT_S) -> None:
         """A step of binding, following or refining. Nothing if the mesh has settled."""
@@ -90,16 +90,16 @@ class PoseAct(HasFollower):
 
     def scene_changed(self) -> None:
         """Follows the handles if they have moved."""
-        if not self._follower.is_binding:
+        if not self._tracker.is_binding:
             self._guarded(self._follow_if_ready)
 
     def unsettle(self) -> None:
         """The scene wants another pose, even if no step has seen that yet."""
-        self._follower.is_settled = False
+        self._tracker.is_settled = False
 
     def undone(self) -> None:
         """Goes on from the pose that undo or redo has brought. The next step follows the handles."""
-        self._guarded(self._follower.go_on_from_shown)
+        self._guarded(self._tracker.go_on_from_shown)
 
     def keep(self, *, is_settling: bool = True) -> None:
         """Settles the pose and ends the act with it. If there is no pose yet, everything is restored.
@@ -107,7 +107,7 @@ class PoseAct(HasFollower):
         If the mesh must be bound again first, as after a stroke of weights, a later tick() ends the act. A second call
         does not wait for that.
         """
-        if not self._follower.has_followed:
+        if not self._tracker.has_followed:
             self.cancel()
         elif is_settling and not self._is_keeping:
             self._is_keeping = True
@@ -144,7 +144,7 @@ class PoseAct(HasFollower):
             else:
                 step()
         except ValueError as error:  # the scene is at fault: say so and keep the artist's work
-            if self._follower.has_followed:
+            if self._tracker.has_followed:
                 self.leave(f"{error}. The pose is kept and posing has ended")
             else:
                 self.fail(error)
@@ -154,29 +154,29 @@ class PoseAct(HasFollower):
             self._is_busy = False
 
     def _tick(self, refine_time_s: float) -> None:
-        if not self._follower.prepare():
+        if not self._tracker.prepare():
             return
         if self._is_keeping:
             self._keep_once_settled()
-        elif not self._follower.follow(FOLLOW_TIME_LIMIT_S):
-            self._follower.refine(refine_time_s)
+        elif not self._tracker.follow(FOLLOW_TIME_LIMIT_S):
+            self._tracker.refine(refine_time_s)
 
     def _follow_if_ready(self) -> None:
-        if self._follower.is_ready():
-            self._follower.follow(FOLLOW_TIME_LIMIT_S)
+        if self._tracker.is_ready():
+            self._tracker.follow(FOLLOW_TIME_LIMIT_S)
 
     def _keep_once_settled(self) -> None:
-        if self._follower.is_ready():
-            self._follower.follow(FOLLOW_TIME_LIMIT_S)
-            self._follower.refine(KEEP_TIME_LIMIT_S)
+        if self._tracker.is_ready():
+            self._tracker.follow(FOLLOW_TIME_LIMIT_S)
+            self._tracker.refine(KEEP_TIME_LIMIT_S)
             # Looking evaluates the scene, and that may tell of a stroke that has just ended.
-            if not self._scene.look() and self._follower.is_ready():
+            if not self._scene.look() and self._tracker.is_ready():
                 self._finish(End(Ending.KEEP))
 
     def _finish(self, end: End) -> None:
         if self.end is not None:
             return
-        self._follower.drop()
+        self._tracker.drop()
         self.end = end
 
 

@@ -15,8 +15,8 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..core import sessions
-from ..core.following import FOLLOW_TIME_LIMIT_S
-from ..follow.scene import is_playing, is_rendering
+from ..core.tracker import FOLLOW_TIME_LIMIT_S
+from ..engine.scene import is_playing, is_rendering
 from ..props import hooks, preferences
 from ..scene import known, meshes, pose_key, redraw, undo_step
 from ..scene.console import say
@@ -24,23 +24,23 @@ from ..scene.registration import for_each
 from ..ui import waiting
 from ..ui.esc import EndedByEsc, is_free
 from ..ui.waits import Wait, wait_for_bind
-from .run import LiveRun, When
-from .scene import PAUSING_MODES, SCRIPT_TIME_LIMIT_S, BlenderLiveScene
+from .run import FollowRun, When
+from .scene import PAUSING_MODES, SCRIPT_TIME_LIMIT_S, BlenderFollowScene
 
 TIMER_S = 0.02
-LIVE = "Live"  # see sessions.hold()
+FOLLOW = "Follow"  # see sessions.hold()
 SLOW_TIMER_S = 0.2  # while it only waits for the end of a pause, a playback or a render
 
 NOT_RENDERED = "Rendered without Follow: the mesh kept one shape. Bake the animation before rendering it"
 
 
-class Run(LiveRun, EndedByEsc):
+class Run(FollowRun, EndedByEsc):
     """The run of one object, and its scene."""
 
     def __init__(self, obj: bpy.types.Object, *, is_waiting: bool) -> None:
-        self.scene = BlenderLiveScene(obj)
+        self.scene = BlenderFollowScene(obj)
         super().__init__(self.scene, is_waiting=is_waiting)
-        sessions.hold(self.scene.uid, LIVE)
+        sessions.hold(self.scene.uid, FOLLOW)
 
     def wait(self) -> Wait | None:
         if self.pause or is_rendering():
@@ -51,12 +51,12 @@ class Run(LiveRun, EndedByEsc):
         obj = self.scene.obj
         if obj is None:
             return ""
-        obj.arap.is_live = False
+        obj.arap.use_follow = False
         return f"Preparing '{obj.name}' cancelled: Follow is off, and nothing has moved"
 
     def end(self) -> None:
         super().end()
-        sessions.let_go(self.scene.uid, LIVE)
+        sessions.let_go(self.scene.uid, FOLLOW)
 
 
 _runs: dict[int, Run] = {}  # by uid of the object
@@ -76,8 +76,8 @@ def render_notice() -> str:
 
 def toggled(obj: bpy.types.Object) -> None:
     """The object's toggle was changed, by hand or by a script."""
-    obj.arap.live_problem = ""
-    if obj.arap.is_live:
+    obj.arap.follow_error = ""
+    if obj.arap.use_follow:
         _make_key(obj)
         _begin(obj)
         obj.update_tag()  # so that the next evaluation, of a script for example, makes the mesh follow
@@ -86,7 +86,7 @@ def toggled(obj: bpy.types.Object) -> None:
 
 
 def _make_key(obj: bpy.types.Object) -> None:
-    """Makes the live key now, so that it belongs to the same step of undo. If it cannot be, Follow says why."""
+    """Makes the pose key now, so that it belongs to the same step of undo. If it cannot be, Follow says why."""
     is_ours = obj.type == "MESH" and obj.library is None
     if is_ours and obj.mode not in PAUSING_MODES and not obj.data.is_editmode:
         with suppress(ValueError):
@@ -94,9 +94,9 @@ def _make_key(obj: bpy.types.Object) -> None:
 
 
 def give_up(obj: bpy.types.Object) -> None:
-    """Call it before an act without Live: undoing the act must not try again what Live has given up."""
-    if obj.arap.live_problem:
-        obj.arap.live_problem = ""
+    """Call it before an act without Follow: undoing the act must not try again what Follow has given up."""
+    if obj.arap.follow_error:
+        obj.arap.follow_error = ""
         undo_step.push("ARAP Follow Off")
 
 
@@ -121,11 +121,11 @@ def _find(objects: Iterable[bpy.types.Object]) -> None:
     """Ends the runs whose object is gone or not live any more, and begins one for each object that is live."""
     for uid, run in list(_runs.items()):
         obj = run.scene.obj
-        if obj is None or not obj.arap.is_live:
+        if obj is None or not obj.arap.use_follow:
             _runs.pop(uid).end()
             if obj is None:
                 sessions.drop(uid)
-    for_each((obj for obj in objects if obj.arap.is_live), _begin)
+    for_each((obj for obj in objects if obj.arap.use_follow), _begin)
 
 
 def _changed(
@@ -172,10 +172,10 @@ def undone(scene: bpy.types.Scene) -> None:
     """After an undo."""
     for obj in known.all_objects():
         # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on.
-        is_elsewhere = obj.arap.is_live and obj.session_uid not in _runs and not known.is_in(scene, obj)
+        is_elsewhere = obj.arap.use_follow and obj.session_uid not in _runs and not known.is_in(scene, obj)
         if is_elsewhere and _is_own(obj):
-            obj.arap.is_live = False
-            obj.arap.live_problem = "An undo in another scene would have switched it on: Follow is off"
+            obj.arap.use_follow = False
+            obj.arap.follow_error = "An undo in another scene would have switched it on: Follow is off"
     _find(known.all_objects())
     for_each(_runs.values(), Run.undone)
     _wake()
@@ -188,7 +188,7 @@ def loaded() -> None:
     for_each(_runs.values(), Run.end)
     _runs.clear()
     sessions.clear()  # after the runs: one that ends while it binds gives its former session back
-    for_each((obj for obj in known.all_objects() if obj.arap.is_live), partial(_begin, is_waiting=True))
+    for_each((obj for obj in known.all_objects() if obj.arap.use_follow), partial(_begin, is_waiting=True))
     for_each(list(_runs.values()), Run.look)
 
 
@@ -248,7 +248,7 @@ def _shown() -> list[tuple[object, ...]]:
 
 
 CALLBACKS = (
-    (hooks.live_toggled, toggled),
+    (hooks.follow_toggled, toggled),
     (bpy.app.handlers.render_init, _on_render_begin),
     (bpy.app.handlers.render_complete, _on_render_end),
     (bpy.app.handlers.render_cancel, _on_render_end),
@@ -256,7 +256,7 @@ CALLBACKS = (
 
 
 def register() -> None:
-    """Live goes on after the add-on was switched off and on. Later, because no data can be read now."""
+    """Follow goes on after the add-on was switched off and on. Later, because no data can be read now."""
     bpy.app.timers.register(_begin_all, first_interval=0.0, persistent=True)
 
 

@@ -46,7 +46,7 @@ class FakeBind:
 
 
 @dataclass
-class FakeFollowScene:
+class FakeEngineScene:
     """Counts what is done with it. ``place`` is the place of its one handle."""
 
     is_fit: bool = True
@@ -113,7 +113,7 @@ class FakeFollowScene:
         self.n_settled += 1
 
 
-def evaluate_with_matrices(scene: FakeFollowScene, handler: Callable[[], object], times: int = 1 << 30) -> None:
+def evaluate_with_matrices(scene: FakeEngineScene, handler: Callable[[], object], times: int = 1 << 30) -> None:
     """From now on, so many times, reading the handles evaluates the scene, which calls a handler."""
     plain = scene.matrices
     calls = iter(range(times))

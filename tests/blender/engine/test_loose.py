@@ -25,7 +25,7 @@ class LooseTest(SceneTest):
 
     def test_an_eye_follows_through_undo_a_saved_file_and_a_bake(self):
         obj = with_balls(*PLACES)
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         bpy.context.view_layer.update()
         bpy.ops.ed.undo_push(message="at rest")
         bend(obj)

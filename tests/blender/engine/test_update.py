@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live sessions: small updates, what ends them, and what goes on."""
+"""Bound sessions: small updates, what ends them, and what goes on."""
 
 import numpy as np
 from looks import key_positions, rest_positions, unfit
@@ -7,17 +7,17 @@ from support import SceneTest, bpy, module, uid
 from tubes import MIDDLE, TOP, bend, mesh_object, move, posable, solved
 
 
-class LiveTest(SceneTest):
+class FollowTest(SceneTest):
     def test_updates_reach_what_a_solve_reaches(self):
         obj, other = posable(), posable("Other")
         for item in (obj, other):
             bend(item)
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         obj.arap.iterations_per_update = 7
-        first = module("follow.update").update_pose(obj)
+        first = module("engine.update").update_pose(obj)
         self.assertEqual((first.iterations, first.stop_reason), (7, "max_iterations"))
         for _ in range(1000):
-            last = module("follow.update").update_pose(obj)
+            last = module("engine.update").update_pose(obj)
             if last.stop_reason == "converged":
                 break
         self.assertEqual(last.stop_reason, "converged")
@@ -28,8 +28,8 @@ class LiveTest(SceneTest):
     def test_the_time_limit_and_the_guess_can_be_given(self):
         obj = posable()
         bend(obj)
-        module("follow.update").prepare_session(obj)
-        done = module("follow.update").update_pose(
+        module("engine.update").prepare_session(obj)
+        done = module("engine.update").update_pose(
             obj, iterations=50, initial_guess="handle_rotations", time_limit_s=1e-9
         )
         self.assertEqual((done.iterations, done.stop_reason), (1, "time_limit"))
@@ -38,34 +38,34 @@ class LiveTest(SceneTest):
         obj = solved()
         posed = key_positions(obj)
         module("core.sessions").drop(obj.session_uid)
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         self.assert_close(session.positions, posed, 1e-6)
 
     def test_settings_that_need_no_bind_take_effect_at_once(self):
         obj = posable()
         bend(obj)
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         obj.arap.iterations_per_update = 3
-        self.assertEqual(module("follow.update").update_pose(obj).iterations, 3)
+        self.assertEqual(module("engine.update").update_pose(obj).iterations, 3)
         obj.arap.accuracy = 0.1
-        self.assertEqual(module("follow.update").update_pose(obj).stop_reason, "converged")
-        self.assertIs(module("follow.update").prepare_session(obj), session)
+        self.assertEqual(module("engine.update").update_pose(obj).stop_reason, "converged")
+        self.assertIs(module("engine.update").prepare_session(obj), session)
 
     def check_ended(self, obj, reason, *, is_thorough=False):
         self.assertEqual(unfit(obj, is_thorough=is_thorough), reason)
         before = key_positions(obj) if obj.data.shape_keys else None
         if not is_thorough:
-            self.assert_error(RuntimeError, f"{reason}: start posing again", module("follow.update").update_pose, obj)
+            self.assert_error(RuntimeError, f"{reason}: start posing again", module("engine.update").update_pose, obj)
             self.assertEqual(unfit(obj), f"'{obj.name}' is not being posed")
             if before is not None:
                 self.assert_close(key_positions(obj), before, 0.0)
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         self.assertEqual(unfit(obj, is_thorough=True), "")
 
     def test_without_a_session(self):
         obj = posable()
         message = "'Tube' is not being posed: start posing again"
-        self.assert_error(RuntimeError, message, module("follow.update").update_pose, obj)
+        self.assert_error(RuntimeError, message, module("engine.update").update_pose, obj)
 
     def test_changed_topology_ends_a_session_and_writes_nothing(self):
         obj = solved()
@@ -94,14 +94,14 @@ class LiveTest(SceneTest):
                 obj = posable()
                 obj.vertex_groups.new(name="Stiff")
                 self.api.add_stiffness_group(obj, "Stiff")
-                module("follow.update").prepare_session(obj)
+                module("engine.update").prepare_session(obj)
                 change(obj)
                 self.assertEqual(unfit(obj), "")
                 self.check_ended(obj, f"The {what} changed", is_thorough=True)
 
     def test_changed_groups_settings_and_scale_end_a_session(self):
         obj = posable()
-        module("follow.update").prepare_session(obj)
+        module("engine.update").prepare_session(obj)
         obj.arap.pins[0].is_enabled = False
         self.check_ended(obj, "The pins or handles of 'Tube' have changed")
         obj.arap.energy = "spokes"
@@ -118,16 +118,16 @@ class LiveTest(SceneTest):
 
     def test_turning_the_object_ends_nothing(self):
         obj = posable()
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         for turn in (0.3, 1.0, 2.5):
             obj.rotation_euler = (turn, 0.5 * turn, -turn)
             bpy.context.view_layer.update()
             self.assertEqual(unfit(obj, is_thorough=True), "")
-            self.assertIs(module("follow.update").prepare_session(obj), session)
+            self.assertIs(module("engine.update").prepare_session(obj), session)
 
     def test_a_session_of_another_mesh_is_not_adopted(self):
         obj = posable()
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         inputs = module("core.sessions").get(uid("Tube")).inputs
         obj.data.vertices.add(1)
         n, faces = len(obj.data.vertices), len(obj.data.polygons)
@@ -135,20 +135,20 @@ class LiveTest(SceneTest):
             f"The mesh of 'Tube' has changed ({n - 1} vertices and {faces} faces, now {n} and {faces}) "
             "while it was being prepared: start again"
         )
-        self.assert_error(RuntimeError, message, module("follow.mesh").adopt, obj, inputs, session)
+        self.assert_error(RuntimeError, message, module("engine.mesh").adopt, obj, inputs, session)
 
     def test_sync_goes_on_from_what_the_key_shows(self):
         """As after an undo: the data is another, the names are the same."""
         obj = solved()
-        session = module("follow.update").prepare_session(obj)
+        session = module("engine.update").prepare_session(obj)
         key = obj.data.shape_keys.key_blocks["ARAP"]
         key.data.foreach_set("co", rest_positions(obj).astype(np.float32).ravel())
-        module("follow.mesh").sync(obj)
+        module("engine.mesh").sync(obj)
         self.assert_close(session.positions, rest_positions(obj), 1e-6)
         obj.shape_key_remove(key)
-        module("follow.mesh").sync(obj)
+        module("engine.mesh").sync(obj)
         self.assert_close(session.positions, rest_positions(obj), 1e-6)
-        module("follow.mesh").sync(mesh_object("Other"))
+        module("engine.mesh").sync(mesh_object("Other"))
 
     def test_a_file_load_forgets_sessions_and_readouts(self):
         obj = posable()
@@ -180,7 +180,7 @@ class LiveTest(SceneTest):
         for text in ("Binding was cancelled; nothing has changed", "Solving was cancelled; the pose is as it was"):
             self.assert_error(self.api.Cancelled, text, self.api.solve, obj, progress=lambda _: False)
             self.assertIsNone(obj.data.shape_keys)
-            module("follow.update").prepare_session(obj)
+            module("engine.update").prepare_session(obj)
         self.api.solve(obj)
         posed = key_positions(obj)
         move(obj.arap.handles[0].target, (0.0, 1.0, 0.0))
@@ -192,7 +192,7 @@ class LiveTest(SceneTest):
             progress=lambda _: False,
         )
         self.assert_close(key_positions(obj), posed, 0.0)
-        self.assert_close(module("follow.update").prepare_session(obj).positions, posed, 1e-6)
+        self.assert_close(module("engine.update").prepare_session(obj).positions, posed, 1e-6)
 
     def test_later_rooms_are_told_of_each_pose(self):
         obj = posable()
@@ -206,7 +206,7 @@ class LiveTest(SceneTest):
         hook.append(written)
         self.addCleanup(hook.remove, written)
         self.api.solve(obj)
-        module("follow.update").update_pose(obj)
+        module("engine.update").update_pose(obj)
         self.assertEqual(told, [(obj, "ARAP", False), (obj, "ARAP", True)])
 
     def test_progress_grows_from_bind_to_end(self):

@@ -14,18 +14,18 @@ class BeginTest(SceneTest):
             select_in_edit_mode(obj, vertices)
             bpy.ops.arap.handle_add()
             bpy.ops.arap.edit_mesh()
-            self.assertEqual(obj.arap.is_live, vertices is TOP)
-            obj.arap.is_live = False
+            self.assertEqual(obj.arap.use_follow, vertices is TOP)
+            obj.arap.use_follow = False
 
     def test_the_key_is_made_at_rest_and_unticking_keeps_the_pose(self):
         obj = posable()
-        obj.arap.is_live = True
+        obj.arap.use_follow = True
         self.assertEqual(obj.data.shape_keys.key_blocks["ARAP"].value, 0.0)
         self.assert_close(key_positions(obj), rest_positions(obj), 0.0)
         obj.arap.handles[0].target.location.x += 1.0
         bpy.context.view_layer.update()
         posed = shown_positions(obj)
-        obj.arap.is_live = False
+        obj.arap.use_follow = False
         bpy.context.view_layer.update()
         self.assert_close(shown_positions(obj), posed, 0.0)
         self.assertGreater(abs(posed - rest_positions(obj)).max(), 0.5)

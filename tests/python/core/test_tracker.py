@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from arap_deform.core.following import LEAST_TIME_LIMIT_S, Follower
 from arap_deform.core.session_data import Readout
-from fake_follow import FakeFollowScene
+from arap_deform.core.tracker import LEAST_TIME_LIMIT_S, HandleTracker
+from fake_engine import FakeEngineScene
 
 
 @dataclass
-class SlowScene(FakeFollowScene):
+class SlowScene(FakeEngineScene):
     """Each update solves for 3 ms and takes ``besides_s`` for the rest."""
 
     besides_s: float = 0.0
@@ -34,7 +34,7 @@ class SlowScene(FakeFollowScene):
 
 def test_the_solve_gets_what_the_rest_of_the_last_update_leaves() -> None:
     scene = SlowScene(besides_s=0.008)
-    follower = Follower(scene, scene.clock)
+    follower = HandleTracker(scene, scene.clock)
     for is_from_rest in (False, False, True):
         follower.follow(0.014, is_from_rest=is_from_rest)
     scene.besides_s = 0.002
@@ -45,7 +45,7 @@ def test_the_solve_gets_what_the_rest_of_the_last_update_leaves() -> None:
 
 def test_it_asks_for_an_iteration_even_if_no_time_is_left() -> None:
     scene = SlowScene(besides_s=0.05)
-    follower = Follower(scene, scene.clock)
+    follower = HandleTracker(scene, scene.clock)
     for limit_s in (0.014, 0.014, None):
         follower.follow(limit_s)
     assert [limit_s for _, limit_s in scene.limits] == [0.014, LEAST_TIME_LIMIT_S, None]

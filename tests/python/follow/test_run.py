@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live of one object without Blender: a fake scene and a fake clock stand for it."""
+"""Follow of one object without Blender: a fake scene and a fake clock stand for it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
-from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
-from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
-from fake_follow import FakeBind, FakeFollowScene, evaluate_with_matrices
+from arap_deform.core.tracker import FOLLOW_TIME_LIMIT_S
+from arap_deform.follow.run import HEAVY_STEP_S, FollowRun, NotNow, When
+from fake_engine import FakeBind, FakeEngineScene, evaluate_with_matrices
 
 
 @dataclass
-class FakeScene(FakeFollowScene):
+class FakeScene(FakeEngineScene):
     """The scene of a run, with a clock: ``now``."""
 
     pause: str = ""
@@ -51,12 +51,12 @@ class FakeScene(FakeFollowScene):
         return replace(done, last_ms=1e3 * self.step_s)
 
 
-def begin(**scene_options: Any) -> tuple[FakeScene, LiveRun]:
+def begin(**scene_options: Any) -> tuple[FakeScene, FollowRun]:
     scene = FakeScene(**scene_options)
-    return scene, LiveRun(scene, scene.clock)
+    return scene, FollowRun(scene, scene.clock)
 
 
-def begun(**scene_options: Any) -> tuple[FakeScene, LiveRun]:
+def begun(**scene_options: Any) -> tuple[FakeScene, FollowRun]:
     """A run that has followed once and settled."""
     scene, run = begin(**scene_options)
     run.tick(is_playing=False)
@@ -141,7 +141,7 @@ def test_without_a_timer_a_bind_is_waited_for_but_not_for_ever() -> None:
 
 def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
     scene = FakeScene(is_fit=False)
-    run = LiveRun(scene, scene.clock, is_waiting=True)
+    run = FollowRun(scene, scene.clock, is_waiting=True)
     run.look()
     for when in (When.UPDATE, When.FRAME, When.UPDATE):
         run.scene_changed(when)
@@ -158,7 +158,7 @@ def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
 def test_a_run_that_waits_sees_what_changes_in_a_pause() -> None:
     """As in a file that was saved in Edit Mode."""
     scene = FakeScene(pause="Paused in Edit Mode", place=1.0)
-    run = LiveRun(scene, scene.clock, is_waiting=True)
+    run = FollowRun(scene, scene.clock, is_waiting=True)
     run.look()
     scene.place = 2.0
     scene.pause = ""
@@ -260,7 +260,7 @@ def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
         return bind
 
     scene.begin_bind = begin_bind  # type: ignore[method-assign]
-    run = LiveRun(scene, scene.clock)
+    run = FollowRun(scene, scene.clock)
     run.settle(60.0)
     assert scene.off == ["The mesh changes each time it has been prepared"]
     assert run.is_over
