@@ -12,7 +12,7 @@ from pathlib import Path
 import arap_native
 import numpy as np
 import pytest
-from sample_meshes import ends, tube, twisted_ends
+from sample_meshes import tube
 
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(arap_native.__file__).parent
@@ -181,18 +181,17 @@ def test_the_wheel_brings_the_libraries_whose_licences_it_names():
     assert brought == (set() if has_own_threads else {"libgomp"})
 
 
-def test_the_readmes_example_works_as_written():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    section = readme.split("## Without Blender\n")[1].split("From C++")[0]
-    lines = [line.removeprefix("    ") for line in section.splitlines() if line.startswith("    ")]
-    assert len(lines) == 2
+def test_the_listing_of_the_librarys_page_works_as_written(tmp_path, monkeypatch):
+    page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    listing = page.split("\n\n", 1)[1].split("\nEvery model")[0]
     mesh = tube()
+    monkeypatch.chdir(tmp_path)
+    along = (mesh.positions[:, 2] - mesh.positions[:, 2].min()) / np.ptp(mesh.positions[:, 2])
     names = {
-        "arap_native": arap_native,
-        "rest_positions": mesh.positions,
+        "positions": np.column_stack([6.0 * along, mesh.positions[:, :2]]),
         "faces": np.split(mesh.corner_vertices, np.cumsum(mesh.face_sizes)[:-1]),
-        "vertices": ends(mesh),
-        "targets": twisted_ends(mesh),
     }
-    exec("\n".join(lines), names)
-    assert names["positions"][ends(mesh)] == pytest.approx(twisted_ends(mesh))
+    exec("\n".join(line.removeprefix("    ") for line in listing.splitlines()), names)
+    posed = np.load("posed.npy")
+    assert posed[names["handle"]] == pytest.approx(names["positions"][names["handle"]] + [0, 0, 1])
+    assert posed[names["pins"]] == pytest.approx(names["positions"][names["pins"]])
