@@ -11,8 +11,10 @@ from ..core.arrays import Floats, Ints
 from ..core.background import stage
 from ..core.job import BackgroundJob, run_job
 from ..core.mirror import completed
+from ..core.session_input import counts_differ
 from ..core.transforms import SolverSpace
-from ..scene import known, meshes, pose_key
+from ..scene import known, meshes, versions
+from ..scene.snapshot import counts_of
 from ..setup.made_objects import collection_for_made
 
 CELLS = 5
@@ -23,22 +25,31 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
     """A Job that makes a cage, see make_cage(). It holds no Blender data."""
 
     noun = "cage"
-    warning = ""
 
     def __init__(self, obj: bpy.types.Object, cells: int) -> None:
-        """Begins. Raises ValueError if the object has no mesh of this file, or is disabled."""
+        """Begins. Raises ValueError if the object has no mesh of this file, is disabled, or stands for others."""
         meshes.check_mesh(obj)
         meshes.check_local(obj)
-        self.uid = known.add(obj)
-        self.object_name: str = obj.name  # for messages
         depsgraph = bpy.context.evaluated_depsgraph_get()
         if reason := meshes.why_not_evaluated(obj, depsgraph):
             raise ValueError(reason)
+        if obj.arap.is_stand_in:
+            raise ValueError(
+                f"'{obj.name}' stands for meshes that a cage would not move: make a cage around each of them"
+            )
+        self.uid = known.add(obj)
+        self.object_name: str = obj.name  # for messages
+        self.warning = (
+            f"What goes along with '{obj.name}' does not go along with its cage" if obj.arap.followers else ""
+        )
+        self._counts = counts_of(obj)
         stretch = meshes.read_stretch(obj, depsgraph)
         self._space = SolverSpace(stretch)
-        mesh, whole = completed(meshes.read_mesh(obj), meshes.read_mirrors(obj, depsgraph, stretch), stretch)
-        shown = pose_key.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
-        shown = self._space.to_solver(shown if whole is None else whole.lifted(shown))
+        # What the cage is around is what comes into the modifier, see _bind().
+        mirrors = meshes.read_mirrors(obj, depsgraph, stretch) if meshes.begins_mirrored(obj) else ()
+        mesh, whole = completed(meshes.read_mesh(obj), mirrors, stretch)
+        keyed = versions.read_shape_of_keys(obj).astype(np.float64)
+        shown = self._space.to_solver(keyed if whole is None else whole.lifted(keyed))
         job = native.load().begin_make_cage(shown, mesh.corner_vertices, mesh.face_sizes, cells)
         super().__init__(stage(job, f"Making a cage for '{obj.name}' was cancelled; nothing has changed"))
 
@@ -52,6 +63,10 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
         obj = known.find(self.uid)
         if obj is None:
             raise RuntimeError(f"'{self.object_name}' is gone: its cage was not made")
+        if counts_of(obj) != self._counts:
+            raise RuntimeError(
+                f"{counts_differ(obj.name, self._counts, counts_of(obj))} while its cage was made: start again"
+            )
         cage = _new_object(obj, positions @ self._space.unstretch.T, quads)
         if not _bind(obj, cage):
             mesh = cage.data
@@ -62,7 +77,7 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
 
 
 def make_cage(obj: bpy.types.Object, cells: int = CELLS) -> bpy.types.Object:
-    """Makes a coarse closed mesh around the mesh as it is posed, and binds the mesh to it by a modifier Mesh Deform.
+    """Makes a coarse closed mesh around the mesh as its shape keys show it, and binds that by a modifier Mesh Deform.
 
     The cage is a child of the object, in one of the object's enabled collections, drawn as wires and not rendered. Its
     place is locked: Blender takes the mesh along with the vertices of the cage, not with the cage as an object.
@@ -92,10 +107,11 @@ def _new_object(obj: bpy.types.Object, positions: Floats, quads: Ints) -> bpy.ty
 
 
 def _bind(obj: bpy.types.Object, cage: bpy.types.Object) -> bool:
-    """Adds the modifier, before all others but a Mirror that completes the mesh. False: it is not bound, and gone."""
+    """Adds the modifier, before all others but a first Mirror that completes the mesh. False: not bound, and gone."""
     modifier = obj.modifiers.new(cage.name, "MESH_DEFORM")
     modifier.object = cage
-    obj.modifiers.move(len(obj.modifiers) - 1, meshes.first_after_mirror(obj))
+    place = int(meshes.begins_mirrored(obj))
+    obj.modifiers.move(len(obj.modifiers) - 1, place)
     with bpy.context.temp_override(object=obj):
         bpy.ops.object.meshdeform_bind(modifier=modifier.name)
     if modifier.is_bound:

@@ -23,7 +23,12 @@ from .scene import is_rendering
 
 def look(obj: bpy.types.Object) -> None:
     """Notes where the mesh is now. If it got there by Object > Apply, what is saved goes along."""
-    if obj.type != "MESH" or not obj.arap.handles or obj.library is not None or meshes.is_override(obj):
+    if (
+        obj.type != "MESH"
+        or not (obj.arap.handles or obj.arap.pins)
+        or obj.library is not None
+        or meshes.is_override(obj)
+    ):
         return
     if obj.data.is_editmode or is_rendering():
         return

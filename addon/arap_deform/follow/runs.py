@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which objects are live, and what drives them: handlers, and a timer while there is work left.
+"""Which objects follow, and what drives them: handlers, and a timer while there is work left.
 
 No modal operator: while one runs, Blender does not save automatically.
 """
@@ -65,7 +65,7 @@ _has_rendered_without = False
 
 
 def run_of(obj: bpy.types.Object) -> Run | None:
-    """The object's run, None if it is not live."""
+    """The object's run, None if it does not follow."""
     return _runs.get(obj.session_uid)
 
 
@@ -118,7 +118,7 @@ def forget(uid: int) -> None:
 
 
 def _find(objects: Iterable[bpy.types.Object]) -> None:
-    """Ends the runs whose object is gone or not live any more, and begins one for each object that is live."""
+    """Ends the runs whose object is gone or does not follow any more, and begins one for each that does."""
     for uid, run in list(_runs.items()):
         obj = run.scene.obj
         if obj is None or not obj.arap.use_follow:

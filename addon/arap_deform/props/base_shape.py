@@ -10,6 +10,7 @@ vertices in common with others in a layer takes the next one.
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 
 import bmesh
 import bpy
@@ -18,6 +19,7 @@ from bpy.props import IntProperty
 from numpy.typing import NDArray
 
 OFFSETS, OWNERS = ".arap_base", ".arap_base_of"  # Blender shows no attribute with a dot
+MOST_ID = 2**22  # where Edit Mode subdivides, it means whole numbers in single precision, which is exact up to here
 
 Ints = NDArray[np.int32]
 Float32s = NDArray[np.float32]
@@ -48,7 +50,7 @@ class BaseShape:
         """See base."""
         BaseShape.forget_base(self)
         if len(vertices):
-            self.base_id = 1 + secrets.randbelow(2**31 - 2)
+            self.base_id = 1 + secrets.randbelow(MOST_ID)
             mesh = self.id_data.data  # type: ignore[attr-defined]
             write = _write_edited if mesh.is_editmode else _write
             write(mesh, vertices, offsets.astype(np.float32), self.base_id)
@@ -57,8 +59,8 @@ class BaseShape:
         """Its base is the mesh at rest from now on."""
         if self.base_id:
             mesh = self.id_data.data  # type: ignore[attr-defined]
-            if not mesh.is_editmode:  # else it stays, without an entry that has its number
-                _forget(mesh, self.base_id)
+            if mesh.users == 1:  # else a twin may have an entry of the same number
+                (_forget_edited if mesh.is_editmode else _forget)(mesh, self.base_id)
             self.base_id = 0
 
 
@@ -81,15 +83,23 @@ def _names(layer: int) -> tuple[str, str]:
     return OFFSETS + end, OWNERS + end
 
 
+def _is_taken(mesh: bpy.types.Mesh, layer: int) -> bool:
+    return any(name in mesh.attributes for name in _names(layer))
+
+
 def _layers(mesh: bpy.types.Mesh) -> Iterator[int]:
     """Of those that are sound: a file may have anything under these names."""
     layer = 0
-    while {*_names(layer)} & {*mesh.attributes.keys()}:
-        offsets, owners = (mesh.attributes.get(name) for name in _names(layer))
-        kinds = [(a.domain, a.data_type) if a is not None else None for a in (offsets, owners)]
-        if kinds == [("POINT", "FLOAT_VECTOR"), ("POINT", "INT")]:
+    while _is_taken(mesh, layer):
+        if _is_sound(mesh, layer):
             yield layer
         layer += 1
+
+
+def _is_sound(mesh: bpy.types.Mesh, layer: int) -> bool:
+    found = [mesh.attributes.get(name) for name in _names(layer)]
+    kinds = [(attribute.domain, attribute.data_type) for attribute in found if attribute is not None]
+    return kinds == [("POINT", "FLOAT_VECTOR"), ("POINT", "INT")]
 
 
 def _owners(mesh: bpy.types.Mesh, layer: int) -> Ints:
@@ -110,10 +120,12 @@ def _put(mesh: bpy.types.Mesh, layer: int, owners: Ints, offsets: Float32s) -> N
     mesh.attributes[of_offsets].data.foreach_set("vector", offsets.ravel())
 
 
+def _free_layer(mesh: bpy.types.Mesh) -> int:
+    return next(layer for layer in count() if not _is_taken(mesh, layer))
+
+
 def _new_layer(mesh: bpy.types.Mesh) -> int:
-    layer = 0
-    while {*_names(layer)} & {*mesh.attributes.keys()}:
-        layer += 1
+    layer = _free_layer(mesh)
     for name, kind in zip(_names(layer), ("FLOAT_VECTOR", "INT"), strict=True):
         mesh.attributes.new(name, kind, "POINT")
     return layer
@@ -130,20 +142,28 @@ def _write(mesh: bpy.types.Mesh, vertices: Ints, offsets: Float32s, base_id: int
 
 def _write_edited(mesh: bpy.types.Mesh, vertices: Ints, offsets: Float32s, base_id: int) -> None:
     """In Edit Mode, where Blender lets nobody at attributes but vertex by vertex: only those that are held."""
+    with _stored(mesh) as stored:
+        layer = next((k for k in _layers(stored) if not _owners(stored, k)[vertices].any()), None)
+        of_offsets, of_owners = _names(_free_layer(stored) if layer is None else layer)
     edited = bmesh.from_edit_mesh(mesh)
-    edited.verts.ensure_lookup_table()
-    layers, layer = edited.verts.layers, 0
-    while True:
-        of_offsets, of_owners = _names(layer)
-        owner = layers.int.get(of_owners) or layers.int.new(of_owners)
-        if not any(edited.verts[v][owner] for v in vertices.tolist()):
-            break
-        layer += 1
-    place = layers.float_vector.get(of_offsets) or layers.float_vector.new(of_offsets)
-    owner = layers.int[of_owners]  # a new layer moves the others
+    if layer is None:
+        edited.verts.layers.int.new(of_owners)
+        edited.verts.layers.float_vector.new(of_offsets)
+    owner, place = edited.verts.layers.int[of_owners], edited.verts.layers.float_vector[of_offsets]
     edited.verts.ensure_lookup_table()
     for vertex, offset in zip(vertices.tolist(), offsets.tolist(), strict=True):
         edited.verts[vertex][owner], edited.verts[vertex][place] = base_id, offset
+
+
+def _forget_edited(mesh: bpy.types.Mesh, base_id: int) -> None:
+    with _stored(mesh) as stored:
+        owned = {layer: np.flatnonzero(_owners(stored, layer) == base_id).tolist() for layer in _layers(stored)}
+    edited = bmesh.from_edit_mesh(mesh)
+    edited.verts.ensure_lookup_table()
+    for layer, vertices in owned.items():
+        owner = edited.verts.layers.int[_names(layer)[1]]
+        for vertex in vertices:
+            edited.verts[vertex][owner] = 0
 
 
 def _forget(mesh: bpy.types.Mesh, base_id: int) -> None:
@@ -155,14 +175,14 @@ def _forget(mesh: bpy.types.Mesh, base_id: int) -> None:
             mesh.attributes[_names(layer)[1]].data.foreach_set("value", owners)
 
 
-def capture(mesh: bpy.types.Mesh) -> list[Layer]:
-    """What restore() restores."""
-    return [] if mesh.is_editmode else [(_owners(mesh, layer), _offsets(mesh, layer)) for layer in _layers(mesh)]
+def capture(mesh: bpy.types.Mesh) -> list[Layer] | None:
+    """What restore() restores; None of a mesh in Edit Mode."""
+    return None if mesh.is_editmode else [(_owners(mesh, layer), _offsets(mesh, layer)) for layer in _layers(mesh)]
 
 
-def restore(mesh: bpy.types.Mesh, layers: list[Layer]) -> None:
+def restore(mesh: bpy.types.Mesh, layers: list[Layer] | None) -> None:
     """Restores what capture() returned, unless the mesh has another number of vertices now, or is edited."""
-    if mesh.is_editmode or any(len(owners) != len(mesh.vertices) for owners, _ in layers):
+    if layers is None or mesh.is_editmode or any(len(owners) != len(mesh.vertices) for owners, _ in layers):
         return
     there = list(_layers(mesh))
     while len(there) < len(layers):

@@ -180,10 +180,10 @@ def read_mirrors(
     return used_mirrors(mirrors, read_rest(obj) if rest is None else rest, stretch) if mirrors else ()
 
 
-def first_after_mirror(obj: bpy.types.Object) -> int:
-    """Index of the modifier after the Mirror of read_mirrors(), 0 if there is none."""
+def begins_mirrored(obj: bpy.types.Object) -> bool:
+    """Whether the Mirror of read_mirrors() is the first modifier, and on in viewports and in renders."""
     modifier = _mirror_of(obj)
-    return 0 if modifier is None else obj.modifiers.find(modifier.name) + 1
+    return modifier is not None and modifier == obj.modifiers[0] and modifier.show_viewport and modifier.show_render
 
 
 def _mirror_of(obj: bpy.types.Object) -> bpy.types.MirrorModifier | None:

@@ -237,14 +237,14 @@ def keep_name(obj: bpy.types.Object) -> None:
 
 
 def adopt(obj: bpy.types.Object, name: str) -> None:
-    """Makes the key of that name the live one, for the live session too."""
+    """Makes the key of that name the one that takes the pose, for the live session, too."""
     _mark(obj, name)
     tell_session(obj)
     shape_keys.tell_changed(obj)
 
 
 def tell_session(obj: bpy.types.Object) -> None:
-    """Tells the live session, if any, which key is the live one."""
+    """Tells the live session, if any, which key takes the pose."""
     bound = sessions.get(obj.session_uid)
     if bound is not None:
         bound.inputs = replace(bound.inputs, key_name=name_of(obj))

@@ -82,7 +82,7 @@ class Bases:
     """
 
     entries: dict[tuple[str | int, ...], tuple[int, float]]
-    layers: list[base_shape.Layer]
+    layers: list[base_shape.Layer] | None
 
 
 def capture_bases(obj: bpy.types.Object) -> Bases:

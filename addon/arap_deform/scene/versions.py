@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import bpy
@@ -155,31 +156,48 @@ def _weights_by_nodes(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, 
     changes.
     """
     tree = _group_reader([(name, f"arap_{i}") for i, name in enumerate(names)])
-    reader = bpy.data.objects.new("arap_group_reader", obj.data)
-    scene = bpy.data.scenes.new("arap_group_reader")
+    reader = bpy.data.objects.new("arap_reader", obj.data)
+    reader.show_only_shape_key = True  # the shape does not matter, and the first key alone is the least work
+    reader.modifiers.new("groups", "NODES").node_group = tree
     try:
-        reader.show_only_shape_key = True  # the shape does not matter, and the first key alone is the least work
-        reader.modifiers.new("groups", "NODES").node_group = tree
+        with _evaluated_alone(reader) as mesh:
+            result: dict[str, Float32s] = {}
+            for i, name in enumerate(names):
+                weights = np.empty(len(obj.data.vertices), dtype=np.float32)
+                mesh.attributes[f"arap_{i}"].data.foreach_get("value", weights)
+                result[name] = weights
+            return result
+    finally:
+        bpy.data.node_groups.remove(tree)
+
+
+def read_shape_of_keys(obj: bpy.types.Object) -> Float32s:
+    """(n, 3) float32 the mesh with all its shape keys as they are shown, without modifiers."""
+    reader = bpy.data.objects.new("arap_reader", obj.data)
+    reader.show_only_shape_key = obj.show_only_shape_key
+    reader.active_shape_key_index = obj.active_shape_key_index
+    with _evaluated_alone(reader) as mesh:
+        return read_positions(mesh)
+
+
+@contextmanager
+def _evaluated_alone(reader: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
+    """The evaluated mesh of an object that goes at the end, in a scene of its own: nothing else is evaluated."""
+    scene = bpy.data.scenes.new("arap_reader")
+    try:
         scene.collection.objects.link(reader)
         view_layer = scene.view_layers[0]
         with quiet():
             view_layer.update()
-        attributes = reader.evaluated_get(view_layer.depsgraph).data.attributes
-        result: dict[str, Float32s] = {}
-        for i, name in enumerate(names):
-            weights = np.empty(len(obj.data.vertices), dtype=np.float32)
-            attributes[f"arap_{i}"].data.foreach_get("value", weights)
-            result[name] = weights
-        return result
+        yield reader.evaluated_get(view_layer.depsgraph).data
     finally:
         bpy.data.scenes.remove(scene)
         bpy.data.objects.remove(reader)
-        bpy.data.node_groups.remove(tree)
 
 
 def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
     """A node group that stores each vertex group as a float attribute: (group, attribute) names."""
-    tree = bpy.data.node_groups.new("arap_group_reader", "GeometryNodeTree")
+    tree = bpy.data.node_groups.new("arap_reader", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     geometry = tree.nodes.new("NodeGroupInput").outputs[0]

@@ -65,6 +65,17 @@ class CageTest(SceneTest):
         self.api.reset_pose(obj)
         self.assert_close(shown_positions(obj), rest_positions(obj) + np.array([1.0, 0.0, 0.0]), NEAR)
 
+    def test_all_shape_keys_that_show_are_inside(self):
+        obj = mesh_object()
+        obj.shape_key_add(name="Basis")
+        key = obj.shape_key_add(name="Far")
+        for point in key.data:
+            point.co.x += 6.0
+        key.value = 1.0
+        cage, before = self.api.make_cage(obj), shown_positions(obj)
+        shift(cage, 0.0, 2.0, 0.0)
+        self.assert_close(shown_positions(obj), before + np.array([0.0, 2.0, 0.0]), NEAR)
+
     def test_the_cage_is_posed_as_any_mesh(self):
         obj = mesh_object()
         cage = self.api.make_cage(obj)
@@ -93,6 +104,24 @@ class CageTest(SceneTest):
         shift(cage, 0.0, 0.0, 1.0)
         self.assert_close(shown_positions(half), before + np.array([0.0, 0.0, 1.0]), NEAR)
 
+    def test_it_is_first_where_viewport_and_render_differ(self):
+        obj = mesh_object()
+        obj.data.transform(Matrix.Rotation(1.5707963, 4, "Y"))
+        mirror = obj.modifiers.new("Mirror", "MIRROR")
+        mirror.use_clip, mirror.show_viewport = True, False
+        self.api.make_cage(obj)
+        self.assertEqual([m.type for m in obj.modifiers], ["MESH_DEFORM", "MIRROR"])
+
+    def test_what_it_does_not_move_is_told(self):
+        body, shirt = mesh_object(), mesh_object("Shirt")
+        self.api.carry_along(body, [shirt])
+        job = module("cages.make").CageJob(body, 3)
+        self.assertEqual(job.warning, "What goes along with 'Tube' does not go along with its cage")
+        job.cancel()
+        body.arap.is_stand_in = True
+        message = "'Tube' stands for meshes that a cage would not move: make a cage around each of them"
+        self.assert_error(ValueError, message, self.api.make_cage, body)
+
     def test_nothing_is_made_if_that_is_cancelled_fails_or_the_mesh_goes(self):
         obj = posable()
         bend(obj)
@@ -108,6 +137,13 @@ class CageTest(SceneTest):
         self.assert_error(ValueError, message, self.api.make_cage, obj)
         collection.objects.link(obj)
         self.assertEqual((list(bpy.data.objects), list(bpy.data.meshes)), (objects, meshes))
+        job = make.CageJob(obj, 3)
+        obj.data.vertices.add(1)
+        message = (
+            "The mesh of 'Tube' has changed (136 vertices and 130 faces, now 137 and 130) while its cage was made: "
+            "start again"
+        )
+        self.assert_error(RuntimeError, message, module("core.job").run_job, job)
         job = make.CageJob(obj, 3)
         bpy.data.objects.remove(obj)
         self.assert_error(RuntimeError, "'Tube' is gone: its cage was not made", module("core.job").run_job, job)

@@ -82,6 +82,17 @@ class AppliedTest(SceneTest):
         self.assertTrue(obj.arap.pins[1].base_id)
         self.assert_stays(obj)
 
+    def test_a_pin_alone(self):
+        obj = solved(matrix=PLACED)
+        self.api.add_pin(obj, MIDDLE, name="Waist")
+        self.api.remove_handle(obj, 0)
+        bpy.context.view_layer.update()
+        base = obj.arap.pins["Waist"].base[1]
+        turn = np.array(obj.matrix_world.to_3x3())
+        apply(obj)
+        bpy.context.view_layer.update()
+        self.assert_close(obj.arap.pins["Waist"].base[1], base @ turn.T, 1e-5)
+
     def test_a_bone_without_a_group(self):
         obj = posable(matrix=PLACED)
         obj.arap.model = "solid"

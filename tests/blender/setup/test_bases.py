@@ -3,8 +3,8 @@
 
 import bmesh
 import numpy as np
-from looks import key_positions, rest_positions
-from support import SceneTest, bpy, opened_again
+from looks import group_of, key_positions, rest_positions
+from support import SceneTest, bpy, module, opened_again
 from tubes import BOTTOM, MIDDLE, SEGMENTS, TOP, copied, empty_at, solved
 
 STAYS = 1e-4
@@ -60,6 +60,52 @@ class BaseTest(SceneTest):
         now = np.insert(key_positions(obj), gone, posed[gone], axis=0)
         self.assert_close(now[MIDDLE], posed[MIDDLE], STAYS)
 
+    def test_new_vertices_between_held_ones_are_held_as_they_are(self):
+        """Blender makes whole numbers of new vertices in single precision."""
+        obj, _ = pinned()
+        held = [*RING, *range(RING[-1] + 1, MIDDLE[0]), *MIDDLE]
+        self.api.add_pin(obj, held, name="Waist")
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        bpy.ops.mesh.select_mode(type="VERT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        for vertex in held:
+            obj.data.vertices[vertex].select = True
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.subdivide()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        weights = group_of(obj, "Waist")
+        whole = [v for v, weight in weights.items() if weight == 1.0]
+        self.assertGreater(len(whole), 1.5 * len(held))
+        self.assertEqual(obj.arap.pins["Waist"].base[0].tolist(), whole)
+
+    def test_a_twin_with_the_same_mesh_takes_nothing_away(self):
+        obj, posed = pinned()
+        pin = self.api.add_pin(obj, MIDDLE, name="Waist")
+        twin = obj.copy()
+        self.scene.collection.objects.link(twin)
+        bpy.context.view_layer.update()
+        self.api.reset_handles(twin)
+        self.assertEqual((twin.arap.pins["Waist"].base_id, pin.base[0].tolist()), (0, MIDDLE))
+        bpy.data.objects.remove(twin)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj)[MIDDLE], posed[MIDDLE], STAYS)
+
+    def test_what_is_restored_after_more_was_added_has_no_more(self):
+        obj, _ = pinned()
+        staying = module("scene.staying")
+        self.api.add_pin(obj, MIDDLE, name="Waist")
+        former = staying.capture_bases(obj)
+        self.api.add_pin(obj, [*MIDDLE, *RING], name="Both")
+        number = obj.arap.pins["Both"].base_id
+        self.assertEqual([pin.name for pin in staying.restore_bases(obj, former)], ["Both"])
+        self.assertEqual(obj.arap.pins["Waist"].base[0].tolist(), MIDDLE)
+        owners = [
+            np.array([v.value for v in obj.data.attributes[name].data]) for name in attributes(obj) if "_of" in name
+        ]
+        self.assertFalse(any((numbers == number).any() for numbers in owners))
+
     def test_a_file_and_a_copy_have_it(self):
         obj, posed = pinned()
         self.api.add_pin(obj, MIDDLE, name="Waist")
@@ -82,6 +128,29 @@ class BaseTest(SceneTest):
         self.assert_close(handle.base[1], offsets, 0.0)
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, STAYS)
+
+    def test_edit_mode_gives_back_what_it_takes_and_touches_nothing_else(self):
+        for name, kind, domain in ((".arap_base_of", "FLOAT", "POINT"), (".arap_base", "INT", "FACE"), ("", "", "")):
+            with self.subTest(name, kind=kind):
+                self.setUp()
+                obj, _ = pinned()
+                if name:
+                    obj.data.attributes.new(name, kind, domain)
+                other = self.api.add_pin(obj, [*RING, MIDDLE[0]], name="Ring").name
+                handle = self.api.add_handle(obj, MIDDLE, name="Waist")
+                held = [array.tolist() for array in obj.arap.pins[other].base]
+                n_attributes = len(attributes(obj))
+                bpy.context.view_layer.objects.active = obj
+                bpy.ops.object.mode_set(mode="EDIT")
+                for i in range(4):
+                    handle.target = empty_at((1.0, 2.0, 3.0 + i), f"Other {i}")
+                    self.assertEqual(handle.base[0].tolist(), MIDDLE)
+                bpy.ops.object.mode_set(mode="OBJECT")
+                self.assertEqual([array.tolist() for array in obj.arap.pins[other].base], held)
+                self.assertLessEqual(len(attributes(obj)), n_attributes + 2)
+                if name:
+                    attribute = obj.data.attributes[name]
+                    self.assertEqual((attribute.data_type, attribute.domain), (kind, domain))
 
     def test_what_holds_nothing_any_more_is_at_rest(self):
         obj, _ = pinned()
