@@ -50,8 +50,8 @@ class BaseShape:
         """See base."""
         BaseShape.forget_base(self)
         if len(vertices):
-            self.base_id = 1 + secrets.randbelow(MOST_ID)
             mesh = self.id_data.data  # type: ignore[attr-defined]
+            self.base_id = _new_id(mesh)
             write = _write_edited if mesh.is_editmode else _write
             write(mesh, vertices, offsets.astype(np.float32), self.base_id)
 
@@ -129,6 +129,14 @@ def _new_layer(mesh: bpy.types.Mesh) -> int:
     for name, kind in zip(_names(layer), ("FLOAT_VECTOR", "INT"), strict=True):
         mesh.attributes.new(name, kind, "POINT")
     return layer
+
+
+def _new_id(mesh: bpy.types.Mesh) -> int:
+    with _stored(mesh) as stored:
+        taken = {number for layer in _layers(stored) for number in np.unique(_owners(stored, layer)).tolist()}
+    while (number := 1 + secrets.randbelow(MOST_ID)) in taken:
+        pass
+    return number
 
 
 def _write(mesh: bpy.types.Mesh, vertices: Ints, offsets: Float32s, base_id: int) -> None:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The base of a pin or handle: an attribute of the mesh, which Blender keeps."""
 
+from unittest import mock
+
 import bmesh
 import numpy as np
 from looks import group_of, key_positions, rest_positions
@@ -91,6 +93,14 @@ class BaseTest(SceneTest):
         bpy.data.objects.remove(twin)
         self.api.solve(obj)
         self.assert_close(key_positions(obj)[MIDDLE], posed[MIDDLE], STAYS)
+
+    def test_no_two_have_the_same_number(self):
+        obj, _ = pinned()
+        numbers = mock.patch.object(module("props.base_shape").secrets, "randbelow", side_effect=[4, 4, 4, 8])
+        with numbers:
+            for vertices in (MIDDLE, RING):
+                self.api.add_pin(obj, vertices)
+        self.assertEqual([pin.base_id for pin in obj.arap.pins[1:]], [5, 9])
 
     def test_what_is_restored_after_more_was_added_has_no_more(self):
         obj, _ = pinned()
