@@ -30,8 +30,6 @@ SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of 
 
 HANDLES = GroupList("handle", "handles", "active_handle_index", "vertex_group")
 
-_is_making = False
-
 
 def add_handle(
     obj: bpy.types.Object,
