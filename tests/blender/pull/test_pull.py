@@ -58,7 +58,8 @@ class PullTest(SceneTest):
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
             bound = sessions.get(obj.session_uid)
-            snapshot, _ = module("engine.frame").look(obj, self.depsgraph, bound, begun.holds)
+            snapshot, misfit = module("engine.frame").look(obj, self.depsgraph, bound, begun.holds)
+            self.assertEqual(misfit, "")
             readout = module("engine.frame").solve(snapshot, bound, matrices, initial_guess="previous")
             if readout.stop_reason == "converged":
                 break
