@@ -62,9 +62,9 @@ def held_settling(tracker_class: Any) -> Iterator[Gate]:
     gate = Gate()
     take = tracker_class._take
 
-    def unsettled_take(follower: Any, readout: Any) -> None:
-        take(follower, readout)
-        follower.is_settled = False
+    def unsettled_take(tracker: Any, readout: Any) -> None:
+        take(tracker, readout)
+        tracker.is_settled = False
 
     def held_refine(_tracker: Any, _time_limit_s: float) -> None:
         gate.hold()

@@ -87,7 +87,7 @@ class Ui:
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
-        self.following: Any = importlib.import_module(f"{MODULE}.core.tracker")
+        self.tracker: Any = importlib.import_module(f"{MODULE}.core.tracker")
         self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
         self.background: Any = importlib.import_module(f"{MODULE}.core.background")
         self.handle_motion: Any = importlib.import_module(f"{MODULE}.scene.handle_motion")
@@ -130,7 +130,7 @@ class Ui:
 
     def held_settling(self) -> AbstractContextManager[Gate]:
         """As gate.held_settling()."""
-        return self._held(gate.held_settling(self.following.HandleTracker))
+        return self._held(gate.held_settling(self.tracker.HandleTracker))
 
     @property
     def window(self) -> bpy.types.Window:

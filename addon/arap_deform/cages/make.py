@@ -11,8 +11,8 @@ from ..core.arrays import Floats, Ints
 from ..core.background import stage
 from ..core.job import BackgroundJob, run_job
 from ..core.mirror import completed
-from ..core.session_input import counts_differ
 from ..core.transforms import SolverSpace
+from ..engine.mesh import counts_problem
 from ..scene import known, meshes, versions
 from ..scene.snapshot import counts_of
 from ..setup.made_objects import collection_for_made
@@ -63,10 +63,8 @@ class CageJob(BackgroundJob["tuple[Floats, Ints]"]):
         obj = known.find(self.uid)
         if obj is None:
             raise RuntimeError(f"'{self.object_name}' is gone: its cage was not made")
-        if counts_of(obj) != self._counts:
-            raise RuntimeError(
-                f"{counts_differ(obj.name, self._counts, counts_of(obj))} while its cage was made: start again"
-            )
+        if reason := counts_problem(obj, self._counts):
+            raise RuntimeError(f"{reason} while its cage was made: start again")
         cage = _new_object(obj, positions @ self._space.unstretch.T, quads)
         if not _bind(obj, cage):
             mesh = cage.data

@@ -193,7 +193,7 @@ class HandleTracker:
 
 
 class BindProgress:
-    """What panels show of a follower, for what owns one."""
+    """What panels show of a tracker, for what owns one."""
 
     _tracker: HandleTracker
 

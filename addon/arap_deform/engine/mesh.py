@@ -19,7 +19,7 @@ from ..core.arrays import Float32s, Floats
 from ..core.background import Background, Steps
 from ..core.session import Session
 from ..core.session_data import Readout
-from ..core.session_input import SessionInput, counts_differ, difference
+from ..core.session_input import Counts, SessionInput, counts_differ, difference
 from ..core.sessions import Bound
 from ..scene import known, pose_key, versions
 from ..scene.snapshot import counts_of
@@ -31,7 +31,7 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
     Raises:
         RuntimeError: the mesh has changed since ``inputs`` were read.
     """
-    reason = counts_problem(obj, inputs)
+    reason = counts_problem(obj, inputs.counts)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
     # Keep stretch and planes of the bind: differences below the tolerance must not add up.
@@ -103,9 +103,9 @@ def _from_rest(session: Session) -> Iterator[None]:
         raise
 
 
-def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
-    """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
-    before, now = inputs.counts, counts_of(obj)
+def counts_problem(obj: bpy.types.Object, before: Counts) -> str:
+    """Why the mesh is no longer the one that had ``before``, '' while it is."""
+    now = counts_of(obj)
     return "" if now == before else counts_differ(obj.name, before, now)
 
 

@@ -118,7 +118,7 @@ class BlenderEngineScene:
     def _why_not(self, obj: bpy.types.Object | None) -> str:
         """What look() returns. ``obj``: None if it is gone."""
         if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted")
+            raise self._deleted()
         return ""
 
     def is_bound(self) -> bool:
@@ -188,8 +188,11 @@ class BlenderEngineScene:
     def _obj(self) -> bpy.types.Object:
         obj = self.obj
         if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted")
+            raise self._deleted()
         return obj
+
+    def _deleted(self) -> RuntimeError:
+        return RuntimeError(f"'{self.name}' was deleted")
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()

@@ -81,8 +81,8 @@ def toggled(obj: bpy.types.Object) -> None:
         _make_key(obj)
         _begin(obj)
         obj.update_tag()  # so that the next evaluation, of a script for example, makes the mesh follow
-    elif obj.session_uid in _runs:
-        _runs.pop(obj.session_uid).end()
+    else:
+        forget(obj.session_uid)
 
 
 def _make_key(obj: bpy.types.Object) -> None:
@@ -112,7 +112,7 @@ def _is_own(obj: bpy.types.Object) -> bool:
 
 
 def forget(uid: int) -> None:
-    """The object is gone."""
+    """The object is gone, or does not follow any more."""
     if uid in _runs:
         _runs.pop(uid).end()
 
@@ -122,7 +122,7 @@ def _find(objects: Iterable[bpy.types.Object]) -> None:
     for uid, run in list(_runs.items()):
         obj = run.scene.obj
         if obj is None or not obj.arap.use_follow:
-            _runs.pop(uid).end()
+            forget(uid)
             if obj is None:
                 sessions.drop(uid)
     for_each((obj for obj in objects if obj.arap.use_follow), _begin)

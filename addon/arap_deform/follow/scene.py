@@ -71,6 +71,7 @@ class BlenderFollowScene(BlenderEngineScene):
 
     key: pose_key.KeyTracker
     _first: _Seen | None = None
+    _has_key = False  # of this step, from look() on
     _lack = ""  # why it cannot follow while weights are painted; the next stroke may change that
 
     def __init__(self, obj: bpy.types.Object) -> None:
@@ -83,7 +84,8 @@ class BlenderFollowScene(BlenderEngineScene):
         act = sessions.claimed_by(self.uid)
         if act:
             return f"Paused while {act}"
-        self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. If it is removed, a new one is made
+        found = self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. A removed one is made anew
+        self._has_key = found is not None and found.key is not None
         if self._lack and obj.mode == "WEIGHT_PAINT":
             return self._lack
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
@@ -124,9 +126,8 @@ class BlenderFollowScene(BlenderEngineScene):
     def has_to_wait(self) -> bool:
         if bpy.app.background:  # no timer goes on
             return super().has_to_wait()
-        obj = self._obj()
-        is_look_due = self._is_look_due(obj)
-        return super().has_to_wait() or is_look_due or not self._can_have_key(obj)
+        is_look_due = self._is_look_due(self._obj())
+        return super().has_to_wait() or is_look_due or not self._can_have_key()
 
     def _is_look_due(self, obj: bpy.types.Object) -> bool:
         """Whether the timer must look first if a pose is seen under these modifiers. Raises NotNow if it is not."""
@@ -136,14 +137,14 @@ class BlenderFollowScene(BlenderEngineScene):
             raise NotNow(f"Paused: {reason}")
         return self.depsgraph is not None and not look.is_noted(obj)
 
-    def _can_have_key(self, obj: bpy.types.Object) -> bool:
+    def _can_have_key(self) -> bool:
         """Whether the mesh has its key, or one can be made as a step of undo.
 
         Undo takes a mesh for the same if no step tells otherwise, and keeps it. So a key that was made between two
         steps would be missing after an undo, but the mesh would still refer to it, and Blender would crash.
         """
         is_timer = self.depsgraph is None
-        return pose_key.find(obj) is not None or (is_timer and undo_step.holds_whole_file())
+        return self._has_key or (is_timer and undo_step.holds_whole_file())
 
     def _key_made(self) -> None:
         if not bpy.app.background:

@@ -85,7 +85,7 @@ class SolveJob(BackgroundJob[Readout]):
         obj = known.find(self.uid)
         if obj is None or self._session is None:
             raise RuntimeError(f"'{self.object_name}' is gone: there is nothing to pose")
-        reason = mesh.counts_problem(obj, self._inputs)
+        reason = mesh.counts_problem(obj, self._inputs.counts)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         # The stretch of the bind: differences of the scene's below the tolerance must not add up.
@@ -98,7 +98,7 @@ class SolveJob(BackgroundJob[Readout]):
         super().cancel()
         sessions.release(self.uid, self)
         obj = known.find(self.uid)
-        if obj is None or mesh.counts_problem(obj, self._inputs):
+        if obj is None or mesh.counts_problem(obj, self._inputs.counts):
             return
         if self._session is not None:
             mesh.adopt(obj, self._inputs, self._session)

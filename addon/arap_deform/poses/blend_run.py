@@ -87,18 +87,18 @@ class BlendRun(ModalRun):
 
     def tick(self) -> bool:
         """A step of binding, following or refining; True if the mesh has moved. Raises as the scene."""
-        follower = self._tracker
-        if follower is None:
+        tracker = self._tracker
+        if tracker is None:
             return False
         self._scene.look()
-        if not follower.prepare():
+        if not tracker.prepare():
             waiting.watch(self)
             return False
-        if follower.follow(FOLLOW_TIME_LIMIT_S):
+        if tracker.follow(FOLLOW_TIME_LIMIT_S):
             return True
-        if follower.is_settled:
+        if tracker.is_settled:
             return False
-        follower.refine(preferences.refine_time_s())
+        tracker.refine(preferences.refine_time_s())
         return True
 
     def end(self) -> None:

@@ -133,14 +133,20 @@ def _new_layer(mesh: bpy.types.Mesh) -> int:
 
 def _new_id(mesh: bpy.types.Mesh) -> int:
     with _stored(mesh) as stored:
-        taken = {number for layer in _layers(stored) for number in np.unique(_owners(stored, layer)).tolist()}
-    while (number := 1 + secrets.randbelow(MOST_ID)) in taken:
-        pass
-    return number
+        owners = [_owners(stored, layer) for layer in _layers(stored)]
+    while True:
+        number = 1 + secrets.randbelow(MOST_ID)
+        if not any((of_layer == number).any() for of_layer in owners):
+            return number
+
+
+def _layer_for(mesh: bpy.types.Mesh, vertices: Ints) -> int | None:
+    """The first layer in which no entry has these vertices."""
+    return next((layer for layer in _layers(mesh) if not _owners(mesh, layer)[vertices].any()), None)
 
 
 def _write(mesh: bpy.types.Mesh, vertices: Ints, offsets: Float32s, base_id: int) -> None:
-    layer = next((k for k in _layers(mesh) if not _owners(mesh, k)[vertices].any()), None)
+    layer = _layer_for(mesh, vertices)
     if layer is None:
         layer = _new_layer(mesh)
     owners, places = _owners(mesh, layer), _offsets(mesh, layer)
@@ -151,7 +157,7 @@ def _write(mesh: bpy.types.Mesh, vertices: Ints, offsets: Float32s, base_id: int
 def _write_edited(mesh: bpy.types.Mesh, vertices: Ints, offsets: Float32s, base_id: int) -> None:
     """In Edit Mode, where Blender lets nobody at attributes but vertex by vertex: only those that are held."""
     with _stored(mesh) as stored:
-        layer = next((k for k in _layers(stored) if not _owners(stored, k)[vertices].any()), None)
+        layer = _layer_for(stored, vertices)
         of_offsets, of_owners = _names(_free_layer(stored) if layer is None else layer)
     edited = bmesh.from_edit_mesh(mesh)
     if layer is None:

@@ -186,13 +186,14 @@ class KeyTracker:
             ValueError: the pose has left the key that was followed.
         """
         found = look(obj)
-        if found.key is not None and found.key.as_pointer() == self._address and found.key.name == self._name:
+        key = found.key
+        is_same = key is not None and key.as_pointer() == self._address
+        if key is not None and is_same and key.name == self._name:
             return found
         wanted = wanted_name(obj)
-        is_same = found.key is not None and found.key.as_pointer() == self._address
         if not is_same and self._name not in {"", wanted}:
             raise ValueError(f"{key_differs(obj.name)}, and is kept in '{self._name}'")  # else both would show it
-        if found.key is None and _is_made(obj, wanted):
+        if key is None and _is_made(obj, wanted):
             renamed = self._renamed(obj)
             _unmark(obj, wanted)
             if renamed is None:

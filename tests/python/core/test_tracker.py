@@ -34,18 +34,18 @@ class SlowScene(FakeEngineScene):
 
 def test_the_solve_gets_what_the_rest_of_the_last_update_leaves() -> None:
     scene = SlowScene(besides_s=0.008)
-    follower = HandleTracker(scene, scene.clock)
+    tracker = HandleTracker(scene, scene.clock)
     for is_from_rest in (False, False, True):
-        follower.follow(0.014, is_from_rest=is_from_rest)
+        tracker.follow(0.014, is_from_rest=is_from_rest)
     scene.besides_s = 0.002
     for _ in range(2):
-        follower.follow(0.014)
+        tracker.follow(0.014)
     assert [limit_s for _, limit_s in scene.limits] == pytest.approx([0.014, 0.006, 0.006, 0.006, 0.012])
 
 
 def test_it_asks_for_an_iteration_even_if_no_time_is_left() -> None:
     scene = SlowScene(besides_s=0.05)
-    follower = HandleTracker(scene, scene.clock)
+    tracker = HandleTracker(scene, scene.clock)
     for limit_s in (0.014, 0.014, None):
-        follower.follow(limit_s)
+        tracker.follow(limit_s)
     assert [limit_s for _, limit_s in scene.limits] == [0.014, LEAST_TIME_LIMIT_S, None]

@@ -16,11 +16,11 @@ class Binding:
         self.name = name
         self.now = 100.0
         self.scene = FakeEngineScene(is_fit=False)
-        self.follower = HandleTracker(self.scene, lambda: self.now)
-        self.follower.begin()
+        self.tracker = HandleTracker(self.scene, lambda: self.now)
+        self.tracker.begin()
 
     def wait(self) -> Wait | None:
-        return wait_for_bind(self.name, self.follower)
+        return wait_for_bind(self.name, self.tracker)
 
 
 def shown_text(waiters: Waiters) -> str:
@@ -45,13 +45,13 @@ def test_it_is_gone_with_the_bind_and_the_next_bind_begins_anew(is_dropped: bool
     binding.now += 1.0
     waiters.look()
     if is_dropped:
-        binding.follower.drop()
+        binding.tracker.drop()
     else:
         binding.scene.binds[0].is_done = True
-        binding.follower.prepare()
+        binding.tracker.prepare()
     assert (waiters.look(), waiters.shown, waiters.is_empty) == (True, None, True)
     binding.scene.is_fit = False
-    binding.follower.prepare()
+    binding.tracker.prepare()
     waiters.add(binding)
     assert (waiters.look(), waiters.shown, waiters.is_empty) == (False, None, False)
 
@@ -78,7 +78,7 @@ def test_of_several_the_one_is_shown_that_has_lasted_longest() -> None:
     second.now += 0.7
     waiters.look()
     assert shown_text(waiters) == "Preparing First, 50%"
-    first.follower.drop()
+    first.tracker.drop()
     waiters.look()
     assert shown_text(waiters) == "Preparing Second, 50%"
 
