@@ -211,7 +211,7 @@ def test_follow_frames_shown_alone_are_finished(ui: Ui) -> Steps:
     yield from begin(ui)
     animate(bpy.data.objects["Top"], reach=1.5)
     ui.change(ui.follow_run, "HEAVY_STEP_S", 0.0)
-    ui.change(ui.following, "FOLLOW_TIME_LIMIT_S", 1e-9)
+    ui.change(ui.tracker, "FOLLOW_TIME_LIMIT_S", 1e-9)
     scene = bpy.context.scene
     seen: dict[int, list[np.ndarray]] = {}
 

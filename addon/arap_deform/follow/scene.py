@@ -84,7 +84,7 @@ class BlenderFollowScene(BlenderEngineScene):
         act = sessions.claimed_by(self.uid)
         if act:
             return f"Paused while {act}"
-        found = self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. A removed one is made anew
+        found = self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. A removed key is made again
         self._has_key = found is not None and found.key is not None
         if self._lack and obj.mode == "WEIGHT_PAINT":
             return self._lack
