@@ -3,7 +3,7 @@
 
     blender -b --factory-startup --python blend_files/make_scenes.py -- OUT_DIR
 
-Writes bar.blend, cactus.blend, creature.blend and dressed.blend into OUT_DIR. Blender 3.4 made the files in this
+Writes bar.blend, cactus.blend, creature.blend and dressed.blend into OUT_DIR. Blender 4.2 made the files in this
 folder, so that every later one opens them.
 """
 

@@ -10,14 +10,14 @@ from types import ModuleType
 
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
-    "props": ("pull", "preferences", "handles", "poses", "carry", "object"),
+    "props": ("pull", "preferences", "controls", "poses", "carry", "object"),
     "scene": ("remembered", "redraw"),
     "engine": ("applied",),
     "ui": ("panels", "edit_mode", "waiting", "esc"),
     "setup": (
-        "handle_changes",
+        "control_changes",
         "made_objects",
-        "rows",
+        "chosen",
         "list_operators",
         "bone_operators",
         "select_operators",

@@ -7,15 +7,16 @@
     obj = bpy.data.objects["Creature"]
     api.add_pin(obj, range(0, 40), name="Feet")
     tail = api.add_handle(obj, [501, 502, 503], name="Tail")
-    tail.target.location.z += 0.5
+    obj.arap.controls[tail].target.location.z += 0.5
     print(api.solve(obj))
     api.bake_pose(obj, name="Tail up")
 
 What stays, what moves, what is stiff:
 
-- add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay where they are.
-- add_handle(), add_handle_for(), remove_handle(): vertices that follow a new empty, or an object or bone.
+- add_pin(), add_pin_group(): vertices, or a vertex group, that stay where they are.
+- add_handle(), add_handle_for(): vertices that follow a new empty, or an object or bone.
 - add_bones(): bones of an armature move what they pass through inside the mesh, without vertex groups.
+- remove_control(): one of these.
 - make_cage(): a coarse closed mesh around the mesh, which moves all of it with Blender's Mesh Deform.
 - copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
@@ -71,9 +72,10 @@ from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .scene.placing import reset_handles
 from .setup.bones import add_bones
+from .setup.controls import remove_control
 from .setup.handle_copies import copy_handles
-from .setup.handles import add_handle, add_handle_for, remove_handle
-from .setup.pins import add_pin, add_pin_group, remove_pin
+from .setup.handles import add_handle, add_handle_for
+from .setup.pins import add_pin, add_pin_group
 from .setup.stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
 from .together.make import pose_together, remove_stand_in
 
@@ -105,8 +107,7 @@ __all__ = [
     "pose_together",
     "poses_to_keys",
     "prepare_session",
-    "remove_handle",
-    "remove_pin",
+    "remove_control",
     "remove_stand_in",
     "remove_stiffness",
     "reset_handles",

@@ -24,7 +24,6 @@ from .pull import operators as pulling
 from .scene import known, registration, remembered
 from .scene.registration import Hearing, for_each
 from .scene.seen import look
-from .setup import rows
 from .show import overlay
 from .ui import modal
 
@@ -141,7 +140,6 @@ def _on_load(*_: object) -> None:
         undo.forget,
         carry.clear,
         applied.replaced,
-        rows.count_all,
         runs.loaded,
         tool.replaced,
     )

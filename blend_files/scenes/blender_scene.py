@@ -82,7 +82,7 @@ def material(finish: Finish) -> bpy.types.Material:
     result.use_nodes = True
     shader = result.node_tree.nodes["Principled BSDF"]
     shader.inputs["Roughness"].default_value = finish.roughness
-    shader.inputs["Specular"].default_value = finish.specular
+    shader.inputs["Specular IOR Level"].default_value = finish.specular
     result.roughness = finish.roughness
     if finish.color is None:
         colors = result.node_tree.nodes.new("ShaderNodeVertexColor")
@@ -180,7 +180,7 @@ def studio(
 
 def _render_settings(scene: bpy.types.Scene) -> None:
     render = scene.render
-    render.engine = "BLENDER_EEVEE"
+    render.engine = "BLENDER_EEVEE_NEXT"
     render.resolution_x = render.resolution_y = 720
     render.dither_intensity = 0.0  # noise would make the pictures several times larger
     # The same in every Blender; the default view transform is not.

@@ -245,7 +245,7 @@ def _bind(
     for name in pins:
         api.add_pin(obj, groups[name], name=name)
     made = {name: api.add_handle(obj, groups[name], name=name) for name in handles}
-    return {name: handle.target for name, handle in made.items()}
+    return {name: obj.arap.controls[control].target for name, control in made.items()}
 
 
 def _parent(child: bpy.types.Object, parent: bpy.types.Object) -> None:

@@ -498,10 +498,10 @@ def new_pin(monkey: Monkey) -> None:
 
 
 @add_on
-def remove_handle(monkey: Monkey) -> None:
+def remove_control(monkey: Monkey) -> None:
     obj = monkey.mesh()
     if len(obj.arap.handles) > 1:
-        monkey.api.remove_handle(obj, obj.arap.handles[0])
+        monkey.api.remove_control(obj, monkey.choice([*(control.name for control in obj.arap.controls), "None"]))
 
 
 @add_on
@@ -616,6 +616,6 @@ ACTS: dict[Act, int] = {
     duplicate, delete, join, separate, edit_faces, act_in_another_mode, modifiers, apply_modifier, add_key, remove_key,
     move_key, absolute_keys, move_wildly, scale_wildly, constrain, drive, parent, rename, rename_group, delete_group,
     hide, save, load, change_scene, link_library, render, purge, bake_pose, reset_pose, pose_as_rest, bake_that_raises,
-    change_target, new_handle, new_pin, remove_handle, stiffen, soften, act_beside_a_job, change_follower,
+    change_target, new_handle, new_pin, remove_control, stiffen, soften, act_beside_a_job, change_follower,
     apply_transform,
 ], 1)  # fmt: skip

@@ -72,7 +72,7 @@ def bench(package: str, n_vertices: int, n_meshes: int) -> dict[str, object]:
     made = time.perf_counter()
     pinned, moved = ends(stand_in, 1.5 * (n_meshes - 1))
     api.add_pin(stand_in, pinned, name="Pin")
-    handle = api.add_handle(stand_in, moved, name="Handle")
+    handle = stand_in.arap.controls[api.add_handle(stand_in, moved, name="Handle")]
     bpy.context.view_layer.update()
     session = update.prepare_session(stand_in)
     handle.target.location.z += 0.01

@@ -44,12 +44,12 @@ def numbers_that_are_none(obj: bpy.types.Object) -> None:
     overlay.show_pins = overlay.show_handles = overlay.show_strain = overlay.show_cubes = True
     write(obj, model=1, cube_size=NAN, keep_volume=NAN)
     raw(obj)["overlay"]["strain_limit"] = NAN
-    raw(obj)["handles"][0]["group_radius"] = NAN
+    raw(obj)["controls"][-1]["group_radius"] = NAN
 
 
 def choices_that_are_none(obj: bpy.types.Object) -> None:
     """Items that no list has, and entries that are not there."""
-    write(obj, model=999, energy=999, weights=-7, initial_guess=55, active_pin_index=-1, active_handle_index=BIGGEST)
+    write(obj, model=999, energy=999, weights=-7, initial_guess=55, chosen_control_index=BIGGEST)
 
 
 def other_types(obj: bpy.types.Object) -> None:
@@ -64,7 +64,7 @@ def a_singular_place(obj: bpy.types.Object) -> None:
 
 def a_handle_on_itself(obj: bpy.types.Object) -> None:
     """A circle: the mesh moves itself. And a name that could be code, or a line of a log."""
-    handle = raw(obj)["handles"][0]
+    handle = raw(obj)["controls"][-1]
     handle["target"], handle["bone"] = obj, 'x"]; import os #'
     handle["name"] = "{0.__class__}\n" * 100
 
@@ -108,9 +108,11 @@ def thousands_of_poses(obj: bpy.types.Object) -> None:
 def thousands_of_handles(obj: bpy.types.Object) -> None:
     """As above, with pins, handles, stiffness and keys."""
     for i in range(1500):
-        obj.arap.pins.add()["name"] = f"No such group {i}"
-        handle = obj.arap.handles.add()
+        pin = obj.arap.controls.add()
+        pin["kind"], pin["name"], pin["vertex_group"] = 0, "Pin", f"No such group {i}"
+        handle = obj.arap.controls.add()
         handle["name"], handle["vertex_group"], handle["has_made_target"] = "Head", "Head", True
+        handle["kind"] = 1 + i % 3
         obj.arap.stiffness.add()["name"] = "Head"
         raw(obj)["stiffness"][-1]["factor"] = INF
         obj.arap.made_keys.add()["name"] = "Basis"

@@ -44,7 +44,7 @@ class ApiTest(SceneTest):
         bpy.context.view_layer.objects.active = other
         other.select_set(True)
         self.api.add_pin(obj, [0, 1, 2])
-        handle = self.api.add_handle(obj, [130])
+        handle = obj.arap.controls[self.api.add_handle(obj, [130])]
         handle.target.location.y += 0.2
         self.api.solve(obj)
         self.api.bake_animation(obj, 1, 2)

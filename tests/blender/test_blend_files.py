@@ -14,7 +14,7 @@ WORN = {"Shirt": "bend", "Belt": "bend", "Buttons": "rigid", "Eyes": "rigid", "H
 
 def hard_vertices(obj, group):
     """Vertices of weight 1 in that group and in no other pin or handle."""
-    names = [pin.name for pin in obj.arap.pins] + [handle.vertex_group for handle in obj.arap.handles]
+    names = [control.vertex_group for control in obj.arap.controls]
     weights = module("scene.meshes").read_weights(obj, names)
     others = sum(weights[name] for name in names if name != group)
     return np.flatnonzero((weights[group] == 1.0) & (others == 0.0))
@@ -66,11 +66,12 @@ class BlendFileTest(SceneTest):
         rest, posed = rest_positions(obj), key_positions(obj)
         size = np.ptp(rest, axis=0).max()
         for pin in obj.arap.pins:
-            held = hard_vertices(obj, pin.name)
+            held = hard_vertices(obj, pin.vertex_group)
             self.assertGreater(len(held), 0)
             self.assert_close(posed[held], rest[held], 1e-5 * size)
-        motions = module("scene.handle_motion").handle_matrices(obj)[len(obj.arap.pins) :]
-        for handle, motion in zip(obj.arap.handles, motions, strict=True):
+        motions = module("scene.handle_motion").handle_matrices(obj)
+        moving = ((c, motion) for c, motion in zip(obj.arap.controls, motions, strict=True) if not c.is_pin)
+        for handle, motion in moving:
             moved = hard_vertices(obj, handle.vertex_group)
             self.assertGreater(len(moved), 0)
             self.assertGreater(np.abs(motion - np.eye(4)).max(), 0.01, "the last frame moves every handle")

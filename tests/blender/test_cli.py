@@ -207,15 +207,15 @@ class CliTest(SceneTest):
         posable("Other")
         self.save_scene()
         tube, other = bpy.data.objects["Tube"], bpy.data.objects["Other"]
-        self.api.add_handle(tube, MIDDLE, name="Belt").target = None
+        tube.arap.controls[self.api.add_handle(tube, MIDDLE, name="Belt")].target = None
         self.api.add_pin(tube, MIDDLE, name="Pin")
         tube.vertex_groups.remove(tube.vertex_groups["Pin"])
         other.vertex_groups.remove(other.vertex_groups["Head"])
         bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
         reasons = (
             "Handle 'Head' of 'Other': there is no vertex group 'Head'; choose one or remove the handle. "
-            "Pin 'Pin' of 'Tube': there is no vertex group of that name; choose one or remove the pin. "
-            "Handle 'Belt' of 'Tube': it has no object; choose one or remove the handle"
+            "Handle 'Belt' of 'Tube': it has no object; choose one or remove the handle. "
+            "Pin 'Pin' of 'Tube': there is no vertex group 'Pin'; choose one or remove the pin"
         )
         for arguments in (("pose",), ("bake",), ("bake", "--frame", 1)):
             self.assert_failed(reasons, *arguments, self.input, "-o", self.output)

@@ -64,13 +64,13 @@ class HostileTest(SceneTest):
     def test_a_geometry_nodes_modifier_without_a_group_is_no_user_of_vertex_groups(self):
         obj = posable()
         obj.modifiers.new("Empty", "NODES").node_group = None
-        self.api.remove_pin(obj, 0)
+        self.api.remove_control(obj, obj.arap.pins[0].name)
         self.assertNotIn("Feet", obj.vertex_groups)
 
-    def test_an_index_that_is_none_is_refused(self):
+    def test_a_name_that_is_none_is_refused(self):
         obj = posable()
-        with self.assertRaisesRegex(ValueError, "is no index: give the number of the handle, from 0"):
-            self.api.remove_handle(obj, obj.arap.handles[0])
+        with self.assertRaisesRegex(ValueError, "is no name: give that of the pin, handle or bone"):
+            self.api.remove_control(obj, obj.arap.handles[0])
 
     def test_polls_answer_without_a_window(self):
         posable()
@@ -135,7 +135,7 @@ class HostileTest(SceneTest):
                         (self.api.solve,),
                         (self.api.apply_pose, pose),
                         (self.api.reset_handles,),
-                        (self.api.remove_handle, 0),
+                        (self.api.remove_control, "Head"),
                     ):
                         with contextlib.suppress(ValueError, RuntimeError):
                             act(obj, *arguments)

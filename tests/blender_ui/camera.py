@@ -134,8 +134,7 @@ def begin_pull(ui: Ui, sample: str = "creature") -> Generator[None, None, bpy.ty
     creature = next(obj for obj in bpy.data.objects if obj.type == "MESH" and obj.arap.handles)
     for obj in [obj for obj in bpy.data.objects if obj.type in {"EMPTY", "ARMATURE"}]:
         bpy.data.objects.remove(obj)
-    creature.arap.handles.clear()
-    creature.arap.pins.clear()
+    creature.arap.controls.clear()
     creature.animation_data_clear()
     creature.shape_key_clear()
     ui.select(creature)

@@ -167,7 +167,7 @@ def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
     bar().vertex_groups.clear()  # or there is a dialog first
     bpy.ops.ed.undo_push(message="no groups")
     yield from add_and_adjust(ui, bpy.ops.arap.stiffness_add, "stiffness", name="Belly")
-    ui.call(bpy.ops.arap.handle_remove)
+    ui.call(bpy.ops.arap.control_remove)
     assert len(bar().arap.handles) == 0
     yield from ui.undo()
     assert len(bar().arap.handles) == 1

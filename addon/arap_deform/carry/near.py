@@ -42,7 +42,7 @@ def _may_go_along(body: bpy.types.Object, other: bpy.types.Object) -> bool:
     if not _may_be_seen(other) or other == body or why_not_local(other) or not other.visible_get():
         return False
     settings = other.arap
-    is_own = owner_of(other) is None and not (settings.handles or settings.pins or settings.followers)
+    is_own = owner_of(other) is None and not (settings.controls or settings.followers)
     return is_own and not other.data.is_editmode and points.count(other) > 0
 
 

@@ -23,12 +23,7 @@ from .scene import is_rendering
 
 def look(obj: bpy.types.Object) -> None:
     """Notes where the mesh is now. If it got there by Object > Apply, what is saved goes along."""
-    if (
-        obj.type != "MESH"
-        or not (obj.arap.handles or obj.arap.pins)
-        or obj.library is not None
-        or meshes.is_override(obj)
-    ):
+    if obj.type != "MESH" or not obj.arap.controls or obj.library is not None or meshes.is_override(obj):
         return
     if obj.data.is_editmode or is_rendering():
         return
@@ -64,7 +59,7 @@ def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:
         motion.motion = (to_now @ former @ back).ravel()
 
 
-def _on_handle_changed(obj: bpy.types.Object, _handle: object) -> None:
+def _on_control_changed(obj: bpy.types.Object, _control: object) -> None:
     look(obj)
 
 
@@ -79,4 +74,4 @@ def replaced() -> None:
     for_each(known.all_objects(), look)
 
 
-CALLBACKS = ((hooks.handle_changed, _on_handle_changed),)
+CALLBACKS = ((hooks.control_changed, _on_control_changed),)

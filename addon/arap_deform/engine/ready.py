@@ -50,6 +50,7 @@ def _moved(obj: bpy.types.Object, inputs: SessionInput | None) -> Ints | None:
     """The vertices that handles hold; None if they hold none, as bones that move what is inside."""
     if inputs is None:
         return None
-    n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
-    moved = [spec.vertices for spec in inputs.specs[n_pins:] if len(spec.vertices)]
+    enabled = (control for control in obj.arap.controls if control.is_enabled)
+    specs = (spec for control, spec in zip(enabled, inputs.specs, strict=True) if not control.is_pin)
+    moved = [spec.vertices for spec in specs if len(spec.vertices)]
     return np.unique(np.concatenate(moved)) if moved else None

@@ -16,7 +16,7 @@ from ..core.arrays import Floats
 from ..core.transforms import inverted
 from ..scene import handle_motion, known, meshes, placing, pose_key, shape_keys, staying
 from ..scene.movers import chain
-from ..setup.handle_changes import take_over
+from ..setup.control_changes import take_over
 
 Transforms = dict[tuple[int, str], tuple[Any, ...]]  # channels by uid of object and bone; bone '': the object itself
 
@@ -181,7 +181,7 @@ def _pose_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
 
 def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[int, str], Any]]:
     """The objects and bones that move a handle, with all bones of an armature."""
-    for item in chain.movers(obj, obj.arap.handles):
+    for item in chain.movers(obj, obj.arap.controls):
         uid = known.add(item)
         yield (uid, ""), item
         for bone in item.pose.bones if item.pose else ():

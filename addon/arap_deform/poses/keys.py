@@ -120,12 +120,8 @@ def poses_to_keys(
 def matrices_of(obj: bpy.types.Object, name: str) -> Floats:
     """(h, 4, 4) of a stored pose, as handle_motion.handle_matrices(); handles that it does not have are at rest."""
     motions, _ = library.motions_of(obj, name)
-    n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
-    enabled = [i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled]
-    result = np.tile(np.eye(4), (n_pins + len(enabled), 1, 1))
-    for row, index in enumerate(enabled):
-        result[n_pins + row] = motions.get(index, result[n_pins + row])
-    return result
+    enabled = [i for i, control in enumerate(obj.arap.controls) if control.is_enabled]
+    return np.array([motions.get(i, np.eye(4)) for i in enabled]).reshape(-1, 4, 4)
 
 
 def _own_key(obj: bpy.types.Object, pose: ArapStoredPose) -> bpy.types.ShapeKey | None:

@@ -131,7 +131,7 @@ def blend_poses(obj: bpy.types.Object, first: PoseRef, second: PoseRef, factor: 
     indices = sorted(first_motions.keys() & second_motions.keys())
     motions = _between(obj, first_motions, second_motions, indices, factor, depsgraph)
     held = placing.place_handles(obj, motions)
-    others = [obj.arap.handles[i].name for i in placing.working_handles(obj, depsgraph) if i not in motions]
+    others = [obj.arap.controls[i].name for i in placing.working_handles(obj, depsgraph) if i not in motions]
     return Placement(tuple(dict.fromkeys((*first_gone, *second_gone))), tuple(others), tuple(held))
 
 
@@ -147,7 +147,7 @@ def mirror_pose(obj: bpy.types.Object, name: str, axis: int = 0) -> ArapStoredPo
     meshes.check_local(obj)
     pose = find(obj, name)
     motions, _ = motions_of(obj, name)
-    handles = obj.arap.handles
+    handles = obj.arap.controls
     indices = placing.working_handles(obj, bpy.context.evaluated_depsgraph_get())
     names = [handles[i].name for i in indices]
     partners = blend.partners(
@@ -173,7 +173,7 @@ def motions_of(obj: bpy.types.Object, pose: PoseRef) -> tuple[Motions, list[str]
     if isinstance(pose, Standing):
         return {i: np.eye(4) for i in working}, []
     stored = find(obj, pose).motions
-    handles = obj.arap.handles
+    handles = obj.arap.controls
     index_of = {handle.pose_id: i for i, handle in enumerate(handles) if handle.pose_id}
     matched = [index_of.get(item.handle_id, -1) for item in stored]
     motions: Motions = {}
@@ -199,7 +199,7 @@ def make_name_unique(obj: bpy.types.Object, pose: ArapStoredPose) -> None:
 def _write(obj: bpy.types.Object, pose: ArapStoredPose, name: str, motions: Motions) -> ArapStoredPose:
     pose.motions.clear()
     for index, motion in motions.items():
-        handle = obj.arap.handles[index]
+        handle = obj.arap.controls[index]
         item = pose.motions.add()
         item.name = handle.name
         item.handle_id = handle.number
@@ -213,7 +213,7 @@ def _write(obj: bpy.types.Object, pose: ArapStoredPose, name: str, motions: Moti
 def _motions_now(obj: bpy.types.Object) -> Motions:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     world, working = handle_motion.object_matrix(obj, depsgraph), placing.working_handles(obj, depsgraph)
-    return {i: handle_motion.motion_of(obj.arap.handles[i], depsgraph, world) for i in working}
+    return {i: handle_motion.motion_of(obj.arap.controls[i], depsgraph, world) for i in working}
 
 
 def _between(
@@ -227,7 +227,7 @@ def _between(
     # The ends need no blend, so they may be flat or turned inside out.
     if factor in {0.0, 1.0} or not indices:
         return {i: (second if factor else first)[i] for i in indices}
-    handles = [obj.arap.handles[i] for i in indices]
+    handles = [obj.arap.controls[i] for i in indices]
     blended = blend.blended(
         [handle.name for handle in handles],
         np.array([first[i] for i in indices]),

@@ -11,14 +11,14 @@ from typing import Any
 
 import bpy
 
-handle_changed: list[Callable[[bpy.types.Object, Any], None]] = []
-"""A handle has another object, bone or vertex group: the object and the ArapHandle."""
+control_changed: list[Callable[[bpy.types.Object, Any], None]] = []
+"""A control has another object, bone or vertex group: the object and the ArapControl."""
 
-handle_renamed: list[Callable[[bpy.types.Object, Any], None]] = []
-"""A handle has another name: the object and the ArapHandle."""
+control_renamed: list[Callable[[bpy.types.Object, Any], None]] = []
+"""A control has another name: the object and the ArapControl."""
 
-row_chosen: list[Callable[[bpy.types.Object, int], None]] = []
-"""A row of the list of handles and pins was clicked: the object and its number."""
+control_chosen: list[Callable[[bpy.types.Object, Any], None]] = []
+"""A row of the list of controls was clicked: the object and the ArapControl."""
 
 display_changed: list[Callable[[bpy.types.Object], None]] = []
 """The empties of the handles must look different."""

@@ -5,8 +5,6 @@
 No ``from __future__ import annotations`` in this folder: Blender reads the annotations themselves, not their text.
 """
 
-from collections.abc import Callable
-
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -23,7 +21,7 @@ from ..core.carry.probe import MOST
 from ..core.naming import NAME_BYTES
 from . import hooks
 from .carry import ArapCarried, ArapFollower
-from .handles import ArapHandle, ArapPin, ArapStiffness
+from .controls import ArapControl, ArapStiffness
 from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullRest
 
@@ -73,31 +71,32 @@ def _on_overlay_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.
         changed()
 
 
-def _choosing(items: str, index: str, group: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
-    """Makes the group of the chosen entry of a list the active one: Weight Paint shows and paints that."""
-
-    def choose(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-        if items != "stiffness":
-            settings.is_pin_chosen = items == "pins"
-        entries, chosen = getattr(settings, items), getattr(settings, index)
-        groups = settings.id_data.vertex_groups
-        found = groups.find(getattr(entries[chosen], group)) if chosen < len(entries) else -1
-        if found >= 0:
-            groups.active_index = found
-
-    return choose
+def _activate_group(obj: bpy.types.Object, name: str) -> None:
+    """Weight Paint shows and paints the active group."""
+    found = obj.vertex_groups.find(name)
+    if found >= 0:
+        obj.vertex_groups.active_index = found
 
 
-def _row_shown(settings: bpy.types.PropertyGroup) -> int:
-    """The row chosen last, unless something else is active in the view since then: then the row of that handle."""
+def _on_stiffness_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    if settings.active_stiffness_index < len(settings.stiffness):
+        _activate_group(settings.id_data, settings.stiffness[settings.active_stiffness_index].name)
+
+
+def _on_control_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    if settings.chosen_control_index < len(settings.controls):
+        _activate_group(settings.id_data, settings.controls[settings.chosen_control_index].vertex_group)
+
+
+def _active_control(settings: bpy.types.PropertyGroup) -> int:
+    """The one chosen last, unless something else is active in the view since then: then the one that this moves."""
     active = getattr(bpy.context, "object", None)
     if active is not None and active != settings.id_data and _name_of(active) != settings.active_when_chosen:
-        for index, handle in enumerate(settings.handles):
-            if handle.target == active and handle.bone in {"", _active_bone(active)}:
+        bones = {"", _active_bone(active)}
+        for index, control in enumerate(settings.controls):
+            if control.target == active and control.bone in bones:
                 return index
-    if settings.is_pin_chosen:
-        return len(settings.handles) + int(settings.active_pin_index)
-    return int(settings.active_handle_index)
+    return int(settings.chosen_control_index)
 
 
 def _active_bone(obj: bpy.types.Object) -> str:
@@ -109,20 +108,13 @@ def _name_of(active: bpy.types.Object) -> str:
     return f"{active.name_full}/{_active_bone(active)}"
 
 
-def _choose_row(settings: bpy.types.PropertyGroup, row: int) -> None:
-    n_handles = len(settings.handles)
-    if row < n_handles:
-        settings.active_handle_index = row
-    else:
-        settings.active_pin_index = row - n_handles
-    for chosen in hooks.row_chosen:
-        chosen(settings.id_data, row)
+def _choose_control(settings: bpy.types.PropertyGroup, index: int) -> None:
+    settings.chosen_control_index = index
+    if 0 <= index < len(settings.controls):
+        for chosen in hooks.control_chosen:
+            chosen(settings.id_data, settings.controls[index])
     active = getattr(bpy.context, "object", None)
     settings.active_when_chosen = "" if active is None else _name_of(active)
-
-
-class ArapRow(bpy.types.PropertyGroup):
-    """A row of the list of handles and pins. Blender draws a list of a collection, so there are as many of these."""
 
 
 class ArapOverlay(bpy.types.PropertyGroup):
@@ -176,33 +168,22 @@ class ArapFormerBake(bpy.types.PropertyGroup):
 class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
-    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay in place")
-    active_pin_index: IntProperty(
-        name="Active Pin",
-        min=0,
-        description="The pin chosen in the list",
-        update=_choosing("pins", "active_pin_index", "name"),
+    controls: CollectionProperty(
+        type=ArapControl, name="Handles and Pins", description="What holds or moves the mesh: pins, handles and bones"
     )
-    handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
-    active_handle_index: IntProperty(
-        name="Active Handle",
-        min=0,
-        description="The handle chosen in the list",
-        update=_choosing("handles", "active_handle_index", "vertex_group"),
-    )
-
-    rows: CollectionProperty(type=ArapRow, name="Handles and Pins", description="First all handles, then all pins")
-    shown_row: IntProperty(
+    active_control_index: IntProperty(
         name="Handle or Pin",
         description="A click selects the handle in the view. A handle selected in the view is the one shown here",
-        get=_row_shown,
-        set=_choose_row,
+        get=_active_control,
+        set=_choose_control,
         options=set(),
     )
-    is_pin_chosen: BoolProperty(
-        options={"HIDDEN"}, description="A pin was chosen last in the list of handles and pins, not a handle"
+    chosen_control_index: IntProperty(
+        min=0,
+        options={"HIDDEN"},
+        description="The control that was chosen last in the list",
+        update=_on_control_chosen,
     )
-
     active_when_chosen: StringProperty(
         options={"HIDDEN"}, description="Object and bone that were active after the last click on the list"
     )
@@ -214,7 +195,7 @@ class ArapObject(bpy.types.PropertyGroup):
         name="Active Stiffness",
         min=0,
         description="The entry chosen in the list",
-        update=_choosing("stiffness", "active_stiffness_index", "name"),
+        update=_on_stiffness_chosen,
     )
     poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
     active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
@@ -402,9 +383,19 @@ class ArapObject(bpy.types.PropertyGroup):
         options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"
     )
 
+    @property
+    def pins(self) -> tuple[ArapControl, ...]:
+        """The controls that stay where they are, in the order of the list."""
+        return tuple(control for control in self.controls if control.is_pin)
+
+    @property
+    def handles(self) -> tuple[ArapControl, ...]:
+        """The controls that an object or a bone moves, in the order of the list."""
+        return tuple(control for control in self.controls if not control.is_pin)
+
     def has_data(self) -> bool:
         """Whether there is anything that must be looked at when the scene changes."""
-        lists = (self.handles, self.pins, self.followers, self.pull_pins)
+        lists = (self.controls, self.followers, self.pull_pins)
         return any(map(len, lists)) or self.use_follow or self.carried.body is not None or self.pose_act != 0
 
 

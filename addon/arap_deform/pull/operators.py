@@ -12,8 +12,8 @@ from ..engine.act import End, Ending, Phase
 from ..props import preferences
 from ..scene import known, redraw, shape_keys
 from ..scene.registration import for_each
+from ..setup.chosen import take_in_hand
 from ..setup.handles import following_first_handle
-from ..setup.rows import take_in_hand
 from ..ui.checks import (
     ArapOperator,
     allow,
@@ -271,7 +271,7 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
         with following_first_handle(obj):
             n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
             if n_handles:
-                take_in_hand(context, obj.arap.handles[-1])
+                take_in_hand(context, obj.arap.controls[-1])
         made = [counted(n, word) for n, word in ((n_handles, "handle"), (n_pins, "pin")) if n]
         self.report({"INFO"}, f"Made {' and '.join(made)}")
         redraw.tag_views()

@@ -20,7 +20,7 @@ from ..setup.pins import add_pin
 from .region import Grab, fine_of, hold_of_rest
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapPin
+    from ..props.controls import ArapControl
     from ..props.pull import ArapPullPin
 
 MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diagonal
@@ -34,11 +34,7 @@ def grabs_of(obj: bpy.types.Object) -> list[Grab]:
 def has_set_pins(obj: bpy.types.Object) -> bool:
     """Whether the object has an enabled pin or handle, or a pin that was set by a click."""
     settings = obj.arap
-    return (
-        any(pin.reach == 0.0 for pin in settings.pull_pins)
-        or any(pin.is_enabled for pin in settings.pins)
-        or any(handle.is_enabled for handle in settings.handles)
-    )
+    return any(pin.reach == 0.0 for pin in settings.pull_pins) or any(c.is_enabled for c in settings.controls)
 
 
 def find(obj: bpy.types.Object, vertices: Ints) -> list[int]:
@@ -104,23 +100,23 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
         stretch = meshes.read_stretch(obj, depsgraph)
         fine = fine_of(meshes.read_mesh(obj), stretch, versions.read_edges(obj.data))
         hold = hold_of_rest(fine, grabs, loose_follow=obj.arap.loose_follow)
-    first_pin, first_handle = len(obj.arap.pins), len(obj.arap.handles)
+    first = len(obj.arap.controls)
     for grab in grabs:
         if has_moved[grab.vertices].any():
             add_handle(obj, grab.vertices, name=name_for(obj, grab.vertices))
         else:
             add_pin(obj, grab.vertices, name=name_for(obj, grab.vertices))
     if hold is not None and len(hold.vertices):
-        pin = add_pin(obj, hold.vertices, name=hold.name)
-        groups.write(obj, pin.name, hold.vertices, hold.weights)
+        rest_pin = obj.arap.controls[add_pin(obj, hold.vertices, name=hold.name)]
+        groups.write(obj, rest_pin.vertex_group, hold.vertices, hold.weights)
     # All at once: each of them was added beside the ones before, but in the pull all of them held the mesh.
-    made = [*obj.arap.pins[first_pin:], *obj.arap.handles[first_handle:]]
+    made = obj.arap.controls[first:]
     staying.stay(obj, None, *made)
     if hold is not None and len(hold.vertices):
-        _hold_as_pulled(obj, obj.arap.pins[-1], hold, shown - rest)
+        _hold_as_pulled(obj, made[-1], hold, shown - rest)
     obj.arap.pull_pins.clear()
-    n_handles = len(obj.arap.handles) - first_handle
-    return n_handles, len(made) - n_handles
+    n_pins = sum(control.is_pin for control in made)
+    return len(made) - n_pins, n_pins
 
 
 def remember_rest(obj: bpy.types.Object, hold: HandleSpec | None, start: Float32s) -> None:
@@ -136,7 +132,7 @@ def remember_rest(obj: bpy.types.Object, hold: HandleSpec | None, start: Float32
         obj.arap.pull_rest.set_base(soft, start[soft] - meshes.read_rest(obj)[soft])
 
 
-def _hold_as_pulled(obj: bpy.types.Object, pin: ArapPin, hold: HandleSpec, offsets: Float32s) -> None:
+def _hold_as_pulled(obj: bpy.types.Object, pin: ArapControl, hold: HandleSpec, offsets: Float32s) -> None:
     """Lets the pin of the rest pull as the last drag did: a softly held vertex is not where it is pulled to.
 
     Args:

@@ -95,8 +95,8 @@ def rename(obj: bpy.types.Object, name: str, wanted: str) -> str:
 def _used_names(obj: bpy.types.Object) -> Iterator[str]:
     """Names of the groups that the object uses, once for each use."""
     settings = obj.arap
-    yield from (entry.name for entry in (*settings.pins, *settings.stiffness))
-    yield from (handle.vertex_group for handle in settings.handles)
+    yield from (entry.name for entry in settings.stiffness)
+    yield from (control.vertex_group for control in settings.controls)
     yield from (key.vertex_group for key in (obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()))
     for modifier in obj.modifiers:
         yield from _groups_of_modifier(modifier)

@@ -18,7 +18,7 @@ from .movers import still
 from .movers.twice import why_twice
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
+    from ..props.controls import ArapControl
 
 Made = dict[bpy.types.Object, set[bpy.types.Object]]  # the made empties of the handles of each object
 
@@ -26,7 +26,7 @@ SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below,
 
 
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
-    """(h, 4, 4) float64 object-space motion of each enabled pin (identity), then of each enabled handle.
+    """(h, 4, 4) float64 object-space motion of each enabled control; the identity for pins.
 
     (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles.
 
@@ -41,18 +41,19 @@ def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats
     """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
     if found := problems(obj, depsgraph):
         raise ValueError(naming.sentences(found))
-    n_pins = sum([pin.is_enabled for pin in obj.arap.pins])
-    handles = [handle for handle in obj.arap.handles if handle.is_enabled]
-    result = np.tile(np.eye(4), (n_pins + len(handles), 1, 1))
-    if handles:
+    enabled = [control for control in obj.arap.controls if control.is_enabled]
+    moving = [i for i, control in enumerate(enabled) if control.kind != "pin"]
+    result = np.tile(np.eye(4), (len(enabled), 1, 1))
+    if moving:
+        handles = [enabled[i] for i in moving]
         now = np.array([target_matrix(h.target, h.bone, depsgraph) for h in handles])
         rest = np.array([h.rest_matrix[:] for h in handles], dtype=np.float64).reshape(-1, 4, 4)
         inverse = inverted(np.concatenate([world[None], rest]))
-        result[n_pins:] = inverse[0] @ now @ inverse[1:]
+        result[moving] = inverse[0] @ now @ inverse[1:]
     return result
 
 
-def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats) -> Floats:
+def motion_of(handle: ArapControl, depsgraph: bpy.types.Depsgraph, world: Floats) -> Floats:
     """(4, 4) object-space motion of one handle, enabled or not. ``world``: object_matrix() of the mesh."""
     now = target_matrix(handle.target, handle.bone, depsgraph)
     rest = np.array(handle.rest, dtype=np.float64)
@@ -63,47 +64,49 @@ def problems(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[str]
     """Why enabled pins and handles, or the object itself, cannot work: a sentence each."""
     if reason := meshes.why_not_evaluated(obj, depsgraph):
         return [reason]
-    found = [
-        f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
-        for pin in obj.arap.pins
-        if pin.is_enabled and pin.name not in obj.vertex_groups
-    ]
     made: Made = {}
-    enabled = [handle for handle in obj.arap.handles if handle.is_enabled]
-    return found + [reason for handle in enabled if (reason := problem_of(obj, handle, depsgraph, made))]
+    enabled = [control for control in obj.arap.controls if control.is_enabled]
+    return [reason for control in enabled if (reason := problem_of(obj, control, depsgraph, made))]
 
 
 def problem_of(
-    obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph, made: Made | None = None
+    obj: bpy.types.Object, control: ArapControl, depsgraph: bpy.types.Depsgraph, made: Made | None = None
 ) -> str:
-    """Why a handle cannot work, one sentence; '' if it can. ``made``: see other_owner()."""
-    whose = f"Handle '{handle.name}' of '{obj.name}': "
+    """Why a pin, handle or bone cannot work, one sentence; '' if it can. ``made``: see other_owner()."""
+    kind = control.kind
+    reason = "" if kind == "pin" else _why_unmoved(obj, control, depsgraph, made)
+    if not reason and kind == "bone":
+        if obj.arap.model != "solid":
+            reason = "a bone moves what is inside of a solid; choose Model: Solid"
+    elif not reason and control.vertex_group not in obj.vertex_groups:
+        reason = f"there is no vertex group '{control.vertex_group}'; choose one or remove the {kind}"
+    return f"{control.label} of '{obj.name}': {reason}" if reason else ""
+
+
+def _why_unmoved(obj: bpy.types.Object, handle: ArapControl, depsgraph: bpy.types.Depsgraph, made: Made | None) -> str:
+    """Why the object or bone of a handle cannot move it, without the name of the handle."""
+    if handle.kind == "bone" and not handle.bone:
+        return "it has no bone; choose one or remove it"
     reason = target_problem(obj, handle.target, handle.bone, depsgraph, is_made=handle.has_made_target)
     if reason:
-        return whose + reason
+        return reason
     owner = other_owner(obj, handle, made) if handle.target.parent not in {None, obj} else None
     if owner is not None:
-        return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
+        return f"its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
         return (
-            f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
+            f"'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
             "give the mesh a scale and choose it again"
         )
     volume = handle.rest.determinant()
     if not math.isfinite(volume):
-        return f"{whose}its rest place is not a finite one; choose '{handle.target.name}' again"
+        return f"its rest place is not a finite one; choose '{handle.target.name}' again"
     if abs(volume) < SMALLEST_VOLUME:
-        return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
-    if handle.bone and not handle.vertex_group:
-        if obj.arap.model == "solid":
-            return ""
-        return f"{whose}a bone without a vertex group moves what is inside; choose Model: Solid, or choose a group"
-    if handle.vertex_group not in obj.vertex_groups:
-        return f"{whose}there is no vertex group '{handle.vertex_group}'; choose one or remove the handle"
+        return f"'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
     return ""
 
 
-def other_owner(obj: bpy.types.Object, handle: ArapHandle, made: Made | None = None) -> bpy.types.Object | None:
+def other_owner(obj: bpy.types.Object, handle: ArapControl, made: Made | None = None) -> bpy.types.Object | None:
     """The mesh that a made empty belongs to, if that is not ``obj``, which is a copy then; None if it is no other one.
 
     An empty is a child of the mesh that it was made for. One that the artist has given another parent, and one that was
@@ -124,7 +127,7 @@ def other_owner(obj: bpy.types.Object, handle: ArapHandle, made: Made | None = N
     return None
 
 
-def foreign_handles(obj: bpy.types.Object) -> list[ArapHandle]:
+def foreign_handles(obj: bpy.types.Object) -> list[ArapControl]:
     """The handles whose made empty belongs to another mesh, or is in no scene: as after a paste, or if deleted."""
     handles = [handle for handle in obj.arap.handles if handle.has_made_target and handle.target is not None]
     if not handles:
@@ -134,9 +137,9 @@ def foreign_handles(obj: bpy.types.Object) -> list[ArapHandle]:
     return [h for h in handles if h.target not in in_scenes or other_owner(obj, h, made) is not None]
 
 
-def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
+def no_weights(obj: bpy.types.Object, handle: ArapControl) -> str:
     return (
-        f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
+        f"{handle.label} of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
         "assign vertices to it or remove the handle"
     )
 
@@ -183,7 +186,7 @@ def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Deps
     return matrix @ np.array(evaluated.pose.bones[bone].matrix, dtype=np.float64) if bone else matrix
 
 
-def bone_ends(handle: ArapHandle) -> Floats:
+def bone_ends(handle: ArapControl) -> Floats:
     """(2, 3) head and tail of its bone at rest, object space; zeros if the bone is missing, see problem_of()."""
     is_armature = handle.target is not None and handle.target.type == "ARMATURE"
     bone = handle.target.data.bones.get(handle.bone) if is_armature else None

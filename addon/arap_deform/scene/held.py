@@ -20,13 +20,11 @@ from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
 from . import meshes, pose_key
-from .inputs import enabled_entries, groups_of, has_group, spec_of
+from .inputs import enabled_controls, groups_of, has_group, spec_of
 from .snapshot import holds_of, settings_of
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle, ArapPin
-
-    Entry = ArapPin | ArapHandle
+    from ..props.controls import ArapControl
 
 
 class HeldMesh:
@@ -61,14 +59,14 @@ class HeldMesh:
         """(m, 3) the whole as it is shown."""
         return self.completed(self._rest_and_shown[1])
 
-    def specs_of(self, entries: Sequence[Entry]) -> list[HandleSpec]:
+    def specs_of(self, entries: Sequence[ArapControl]) -> list[HandleSpec]:
         """Of entries whose groups are there."""
         names = sorted(groups_of(holds_of(entries)))
         weights = meshes.read_weights(self._obj, names, use_nodes=self._use_nodes)
         rest = self.mesh.rest_positions[: self.n_own]
         return [spec_of(entry, weights, rest) for entry in entries]
 
-    def others(self, entry: Entry | None) -> list[HandleSpec]:
+    def others(self, entry: ArapControl | None) -> list[HandleSpec]:
         """Of the enabled pins and handles but ``entry``."""
         return [spec for other, spec in self._enabled if other != entry]
 
@@ -78,13 +76,13 @@ class HeldMesh:
         distances = np.linalg.norm(self.surface.seen[: self.n_own] - ball.centre, axis=1)
         near = np.flatnonzero(distances <= ball.radius + PATCH_REACH * self.surface.radius)
         names = meshes.groups_at(self._obj, near)
-        enabled = enabled_entries(self._obj)
+        enabled = enabled_controls(self._obj)
         pairs = zip(enabled, holds_of(enabled), strict=True)
         return self.specs_of([entry for entry, hold in pairs if getattr(hold, "group", "") in names])
 
     @cached_property
-    def _enabled(self) -> list[tuple[Entry, HandleSpec]]:
-        entries = [e for e in enabled_entries(self._obj) if has_group(self._obj, e)]
+    def _enabled(self) -> list[tuple[ArapControl, HandleSpec]]:
+        entries = [e for e in enabled_controls(self._obj) if has_group(self._obj, e)]
         return list(zip(entries, self.specs_of(entries), strict=True))
 
     def completed(self, positions: NDArray[np.floating]) -> Floats:
@@ -141,7 +139,7 @@ class Fit:
     centre: Floats | None
 
 
-def fit(held: HeldMesh, spec: HandleSpec, entry: ArapHandle | None = None) -> Fit:
+def fit(held: HeldMesh, spec: HandleSpec, entry: ArapControl | None = None) -> Fit:
     """Where a handle stands that holds ``spec``, with at least one vertex. ``entry``: itself, if it is in the list."""
     patch = _patch_of(held, spec, entry)
     centre = None if patch is None else patch.centre
@@ -152,7 +150,7 @@ def fit(held: HeldMesh, spec: HandleSpec, entry: ArapHandle | None = None) -> Fi
     return Fit(best_rigid_fit(at_rest, posed, held.stretch, weights), centre)
 
 
-def _patch_of(held: HeldMesh, spec: HandleSpec, entry: ArapHandle | None) -> Patch | None:
+def _patch_of(held: HeldMesh, spec: HandleSpec, entry: ArapControl | None) -> Patch | None:
     """The patch of a handle that is one point."""
     alone, _ = held.completed_specs([spec])
     if [len(point.vertices) for point in held.points(alone).get(0, ())] != [len(alone[0].vertices)]:

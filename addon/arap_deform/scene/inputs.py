@@ -18,24 +18,23 @@ from . import handle_motion, meshes, pose_key, shape_keys
 from .snapshot import Snapshot, holds_of, stiff_groups_of
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle, ArapPin
+    from ..props.controls import ArapControl
 
 
-def spec_of(entry: ArapPin | ArapHandle, weights: Mapping[str, Floats], rest: Floats) -> HandleSpec:
+def spec_of(control: ArapControl, weights: Mapping[str, Floats], rest: Floats) -> HandleSpec:
     """What a pin or handle means for the vertices, or for what is inside.
 
     Args:
-        entry: of the lists.
         weights: (n,) of each group, by name.
         rest: (n, 3).
     """
-    hold = holds_of([entry])[0]
+    hold = holds_of([control])[0]
     if isinstance(hold, BoneHold):
         ends = np.array(hold.ends).reshape(2, 3)
         return HandleSpec(hold.name, np.empty(0, dtype=np.int32), np.empty(0), segment=Segment(ends))
     of_vertices = weights[hold.group]
     vertices = np.flatnonzero(of_vertices > 0.0).astype(np.int32)
-    moved, offsets = entry.base
+    moved, offsets = control.base
     base = None
     if len(moved):
         base = rest.astype(np.float32)
@@ -70,7 +69,7 @@ def read_input(
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     if found := _unweighted(obj, weights):
         raise ValueError(naming.sentences(found))
-    specs = tuple(spec_of(entry, weights, mesh.rest_positions) for entry in enabled_entries(obj))
+    specs = tuple(spec_of(control, weights, mesh.rest_positions) for control in enabled_controls(obj))
     stiffness = stiffness_of(state.stiff_groups, weights)
     regions = regions_of(state.stiff_groups, weights, mesh)
     return SessionInput(
@@ -93,7 +92,7 @@ def problems_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, needs_
     checks = (shape_keys.check_writable, pose_key.check_name)
     found = [reason for check in checks if (reason := _reason_of(check, obj))]
     found += handle_motion.problems(obj, depsgraph)
-    if needs_holds and not enabled_entries(obj):
+    if needs_holds and not enabled_controls(obj):
         found.append(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     return found + _stiffness_problems(obj)
 
@@ -108,13 +107,13 @@ def _reason_of(check: Callable[[bpy.types.Object], None], obj: bpy.types.Object)
 
 def _unweighted(obj: bpy.types.Object, weights: dict[str, Floats]) -> list[str]:
     """Of each enabled handle whose group has no weights, a sentence that says so."""
-    with_group = (h for h in obj.arap.handles if h.is_enabled and not h.is_bone_alone)
+    with_group = (h for h in obj.arap.handles if h.is_enabled and h.kind == "handle")
     return [handle_motion.no_weights(obj, handle) for handle in with_group if not weights[handle.vertex_group].any()]
 
 
-def enabled_entries(obj: bpy.types.Object) -> list[ArapPin | ArapHandle]:
-    """The enabled pins, then the enabled handles: the order of the session's handles."""
-    return [entry for entry in (*obj.arap.pins, *obj.arap.handles) if entry.is_enabled]
+def enabled_controls(obj: bpy.types.Object) -> list[ArapControl]:
+    """In the order of the list, which is that of the session's handles."""
+    return [control for control in obj.arap.controls if control.is_enabled]
 
 
 def groups_of(holds: Iterable[Hold]) -> set[str]:
@@ -122,10 +121,9 @@ def groups_of(holds: Iterable[Hold]) -> set[str]:
     return {hold.group for hold in holds if isinstance(hold, GroupHold)}
 
 
-def has_group(obj: bpy.types.Object, entry: ArapPin | ArapHandle) -> bool:
-    """Whether what an entry holds is there: its vertex group, or its bone without one."""
-    hold = holds_of([entry])[0]
-    return isinstance(hold, BoneHold) or hold.group in obj.vertex_groups
+def has_group(obj: bpy.types.Object, control: ArapControl) -> bool:
+    """Whether what a control holds is there: its vertex group. A bone needs none."""
+    return control.kind == "bone" or control.vertex_group in obj.vertex_groups
 
 
 def _stiffness_problems(obj: bpy.types.Object) -> list[str]:

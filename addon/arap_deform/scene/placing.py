@@ -15,7 +15,7 @@ from ..core.transforms import inverted
 from . import handle_motion, meshes, remembered
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
+    from ..props.controls import ArapControl
 
 # How far a motion may be from the wanted one. For its shift: as seen, as a fraction of the diagonal.
 AT_PLACE = 1e-4
@@ -35,14 +35,14 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
 
 def forget_bases(obj: bpy.types.Object) -> None:
     """Lets all pins and handles hold the mesh as it is at rest."""
-    for entry in (*obj.arap.pins, *obj.arap.handles):
-        entry.forget_base()
+    for control in obj.arap.controls:
+        control.forget_base()
 
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:
-    """Indices of the handles that can be moved, enabled or not."""
+    """Indices in the list of controls of what can be moved, enabled or not."""
     made: handle_motion.Made = {}
-    handles = enumerate(obj.arap.handles)
+    handles = ((i, control) for i, control in enumerate(obj.arap.controls) if not control.is_pin)
     return [i for i, handle in handles if not handle_motion.problem_of(obj, handle, depsgraph, made)]
 
 
@@ -50,7 +50,7 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     """Moves the objects and bones of handles.
 
     Args:
-        motions: (4, 4) object-space motion since rest, by index of the handle; of working handles.
+        motions: (4, 4) object-space motion since rest, by index in the list of controls; of working handles.
 
     Returns:
         Names of the handles that something else (animation, a constraint, a driver, a sheared parent) keeps
@@ -61,18 +61,18 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     """
     for index, motion in motions.items():
         if not np.isfinite(motion).all():
-            name = obj.arap.handles[index].name
+            name = obj.arap.controls[index].name
             raise ValueError(f"The stored motion of handle '{name}' is damaged: store the pose again")
     by_depth: dict[int, list[int]] = {}
     for index in motions:
-        handle = obj.arap.handles[index]
+        handle = obj.arap.controls[index]
         by_depth.setdefault(_depth(handle.target, handle.bone), []).append(index)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     # Parents first: a child's new transform is relative to the new place of its parent.
     for depth in sorted(by_depth):
         world = handle_motion.object_matrix(obj, depsgraph)
         for index in by_depth[depth]:
-            handle = obj.arap.handles[index]
+            handle = obj.arap.controls[index]
             _move(handle, world @ motions[index] @ np.array(handle.rest, dtype=np.float64), depsgraph)
         depsgraph = bpy.context.evaluated_depsgraph_get()
     if not motions:
@@ -80,13 +80,13 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * remembered.diagonal(obj, depsgraph)
     world, held = handle_motion.object_matrix(obj, depsgraph), []
     for index, motion in motions.items():
-        handle = obj.arap.handles[index]
+        handle = obj.arap.controls[index]
         if not _is_same(handle_motion.motion_of(handle, depsgraph, world), motion, handle, stretch, tolerance):
             held.append(handle.name)
     return held
 
 
-def _move(handle: ArapHandle, matrix: Floats, depsgraph: bpy.types.Depsgraph) -> None:
+def _move(handle: ArapControl, matrix: Floats, depsgraph: bpy.types.Depsgraph) -> None:
     """To a (4, 4) world matrix."""
     if handle.bone:
         armature = handle_motion.object_matrix(handle.target, depsgraph)  # refuses a flat one
@@ -104,7 +104,7 @@ def _depth(target: bpy.types.Object, bone: str) -> int:
     return depth + 1 + _depth(target.parent, on_bone if on_bone and on_bone in target.parent.pose.bones else "")
 
 
-def _is_same(motion: Floats, wanted: Floats, handle: ArapHandle, stretch: Floats, tolerance: float) -> bool:
+def _is_same(motion: Floats, wanted: Floats, handle: ArapControl, stretch: Floats, tolerance: float) -> bool:
     if np.abs(motion - wanted)[:3, :3].max() > AT_PLACE * max(1.0, np.abs(wanted[:3, :3]).max()):
         return False
     place = np.array([*handle.rest.translation, 1.0])

@@ -129,12 +129,12 @@ def clear() -> None:
         answers.clear()
 
 
-def _on_handle_changed(obj: bpy.types.Object, _handle: object) -> None:
+def _on_control_changed(obj: bpy.types.Object, _control: object) -> None:
     known.add(obj)
     forget_handles(has_new_objects=True)
 
 
-CALLBACKS = ((hooks.handle_changed, _on_handle_changed),)
+CALLBACKS = ((hooks.control_changed, _on_control_changed),)
 
 
 def unregister() -> None:

@@ -18,7 +18,7 @@ from ..props.bounds import all_bounded, bounded
 from . import handle_motion, meshes, pose_key
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle, ArapPin
+    from ..props.controls import ArapControl
 
 LEAST_CUBE_SIZE = 0.1  # percent of the diagonal
 
@@ -65,7 +65,7 @@ class Snapshot:
             counts=counts_of(obj),
             stretch=stretch,
             settings=settings_of(obj),
-            holds=holds_of([entry for entry in (*settings.pins, *settings.handles) if entry.is_enabled]),
+            holds=holds_of([control for control in settings.controls if control.is_enabled]),
             stiff_groups=stiff_groups_of(obj) if settings.stiffness else (),
             key_name=key.name,
             mirrors=meshes.read_mirrors(obj, depsgraph, stretch, rest) if obj.modifiers else (),
@@ -100,18 +100,18 @@ def counts_of(obj: bpy.types.Object) -> Counts:
     return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
 
 
-def holds_of(entries: Iterable[ArapPin | ArapHandle]) -> tuple[Hold, ...]:
-    """What pins and handles hold."""
+def holds_of(controls: Iterable[ArapControl]) -> tuple[Hold, ...]:
+    """What pins, handles and bones hold."""
     holds: list[Hold] = []
-    for entry in entries:
-        group = getattr(entry, "vertex_group", None)
-        if group is None:
-            holds.append(GroupHold(entry.name, base_id=entry.base_id))
-        elif entry.bone and not group:
-            holds.append(BoneHold(entry.name, tuple(handle_motion.bone_ends(entry).ravel().tolist())))
+    for control in controls:
+        kind = control.kind
+        if kind == "bone":
+            holds.append(BoneHold(control.name, tuple(handle_motion.bone_ends(control).ravel().tolist())))
+        elif kind == "pin":
+            holds.append(GroupHold(control.vertex_group, base_id=control.base_id))
         else:
-            reach = bounded(entry, "reach") if entry.reach else 0.0
-            holds.append(GroupHold(group, entry.is_exact, reach, entry.base_id))
+            reach = bounded(control, "reach") if control.reach else 0.0
+            holds.append(GroupHold(control.vertex_group, control.is_exact, reach, control.base_id))
     return tuple(holds)
 
 

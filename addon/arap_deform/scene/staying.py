@@ -18,12 +18,10 @@ from ..core.unbound import Pulls
 from ..props import base_shape
 from . import handle_motion, meshes, pose_key
 from .held import HeldMesh
-from .inputs import has_group
 from .registration import postponed
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
-    from .held import Entry
+    from ..props.controls import ArapControl
 
 AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
 
@@ -32,7 +30,7 @@ AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest,
 class _Entry:
     """A pin or handle, or a mirror image of one, in the whole mesh. ``entry`` is None for an image."""
 
-    entry: Entry | None
+    entry: ArapControl | None
     spec: HandleSpec
     matrix: Floats
     is_new: bool
@@ -48,7 +46,7 @@ def evaluated_within(obj: bpy.types.Object) -> bpy.types.Depsgraph:
 
 
 def stay(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None, *added: Entry, use_nodes: bool | None = None
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None, *added: ArapControl, use_nodes: bool | None = None
 ) -> None:
     """Lets new pins and handles hold what is shown, so that the mesh stays where it is when it is solved again.
 
@@ -87,49 +85,43 @@ class Bases:
 
 def capture_bases(obj: bpy.types.Object) -> Bases:
     """What restore_bases() restores."""
-    entries = {place: (entry.base_id, getattr(entry, "reach", 0.0)) for place, entry in _places(obj).items()}
+    entries = {place: (control.base_id, control.reach) for place, control in _places(obj).items()}
     return Bases(entries, base_shape.capture(obj.data))
 
 
-def restore_bases(obj: bpy.types.Object, former: Bases) -> list[Entry]:
+def restore_bases(obj: bpy.types.Object, former: Bases) -> list[ArapControl]:
     """Restores what capture_bases() returned; returns the pins and handles that are new since then."""
     places = _places(obj)
     for place in places.keys() & former.entries.keys():
-        entry = places[place]
-        entry.base_id, reach = former.entries[place]
-        if hasattr(entry, "reach"):
-            entry.reach = reach
+        places[place].base_id, places[place].reach = former.entries[place]
     base_shape.restore(obj.data, former.layers)
     return [entry for place, entry in places.items() if place not in former.entries]
 
 
-def _places(obj: bpy.types.Object) -> dict[tuple[str | int, ...], Entry]:
+def _places(obj: bpy.types.Object) -> dict[tuple[str | int, ...], ArapControl]:
     """By what says which entry it is: another one of the same name, or with another group or object, is new."""
-    pins = {("pin", pin.name): pin for pin in obj.arap.pins}
-    return pins | {("handle", handle.number, *_choices_of(handle)): handle for handle in obj.arap.handles}
+    return {(control.number, *_choices_of(control)): control for control in obj.arap.controls}
 
 
-def _choices_of(handle: ArapHandle) -> tuple[str | int, ...]:
+def _choices_of(control: ArapControl) -> tuple[str | int, ...]:
     """The group, the object and the bone that the artist has chosen. What was made for the handle may be another."""
-    group = "" if handle.has_made_group else handle.vertex_group
-    target = None if handle.has_made_target else handle.target
-    return (group, 0, "") if target is None else (group, target.session_uid, handle.bone)
+    group = "" if control.has_made_group else control.vertex_group
+    target = None if control.has_made_target else control.target
+    return (group, 0, "") if target is None else (group, target.session_uid, control.bone)
 
 
-def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[Entry]) -> list[_Entry]:
+def _entries(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[ArapControl]
+) -> list[_Entry]:
     made: handle_motion.Made = {}
     entries = [
         entry
-        for entry in (*obj.arap.pins, *obj.arap.handles)
-        if (entry.is_enabled or entry in added)
-        and has_group(obj, entry)
-        and not (hasattr(entry, "target") and handle_motion.problem_of(obj, entry, depsgraph, made))
+        for entry in obj.arap.controls
+        if (entry.is_enabled or entry in added) and not handle_motion.problem_of(obj, entry, depsgraph, made)
     ]
     specs, copies = held.completed_specs(held.specs_of(entries))
     world = handle_motion.object_matrix(obj, depsgraph)
-    motions = [
-        handle_motion.motion_of(entry, depsgraph, world) if hasattr(entry, "target") else np.eye(4) for entry in entries
-    ]
+    motions = [np.eye(4) if entry.is_pin else handle_motion.motion_of(entry, depsgraph, world) for entry in entries]
     matrices = held.motions(np.array(motions), copies)
     return [
         _Entry(None if copy.image else entry, spec, matrix, entry in added, entry.is_enabled)

@@ -48,5 +48,4 @@ class ARAP_OT_bones_add(ArapOperator, bpy.types.Operator):
         armature, names = _chosen_bones(context)
         with following_first_handle(obj):
             added = add_bones(obj, armature, names)
-        moving = listed([handle.name for handle in added])
-        self.report({"INFO"}, f"Bones that move '{obj.name}': {moving}. Pin what has no bone and should stay")
+        self.report({"INFO"}, f"Bones that move '{obj.name}': {listed(added)}. Pin what has no bone and should stay")

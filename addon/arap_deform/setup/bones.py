@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..scene import handle_motion, meshes
-from .handle_changes import making, take_over
-from .handles import all_or_none, new_handle
+from .control_changes import making, take_over
+from .controls import all_or_none, new_control
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
+    from ..props.controls import ArapControl
 
 
-def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence[str] = ()) -> list[ArapHandle]:
-    """Makes a handle without a vertex group for each bone, and the model of the mesh solid: it needs an inside.
+def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence[str] = ()) -> list[str]:
+    """Lets each bone move what it passes through, and the model of the mesh solid: it needs an inside.
 
     The mesh at rest has the armature in its rest position, where that stands now. Bones outside of the mesh move
-    nothing. For bones that are handles without a group already, the rest position is read again, as after a change of
+    nothing. For bones that are in the list already, the rest position is read again, as after a change of
     the armature or of its place.
 
     Args:
@@ -28,7 +28,7 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
         bones: names; none: those that deform.
 
     Returns:
-        The handles of the bones.
+        The names of the bones in the list.
     """
     meshes.check_mesh(obj)
     meshes.check_local(obj)
@@ -46,16 +46,20 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
     try:
         with all_or_none(obj):
             obj.arap.model = "solid"
-            taken = {h.bone for h in obj.arap.handles if h.target == armature and h.is_bone_alone}
+            taken = {control.bone for control in _bones_of(obj, armature)}
             for name in wanted:
                 if name not in taken:
+                    bone = new_control(obj, "bone", name)
                     with making():
-                        handle = new_handle(obj, "", name)
-                        handle.target = armature
-                        handle.bone = name
-            handles = [h for h in obj.arap.handles if h.target == armature and h.is_bone_alone and h.bone in wanted]
-            take_over(obj, *handles)
+                        bone.target = armature
+                        bone.bone = name
+            found = [control for control in _bones_of(obj, armature) if control.bone in wanted]
+            take_over(obj, *found)
     except BaseException:
         obj.arap.model = former
         raise
-    return handles
+    return [str(control.name) for control in found]
+
+
+def _bones_of(obj: bpy.types.Object, armature: bpy.types.Object) -> list[ArapControl]:
+    return [control for control in obj.arap.controls if control.kind == "bone" and control.target == armature]

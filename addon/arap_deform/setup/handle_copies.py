@@ -8,7 +8,7 @@ from mathutils import Matrix
 
 from ..core.transforms import inverted
 from ..scene import handle_motion, meshes
-from .handle_changes import making
+from .control_changes import making
 from .made_objects import collection_for_made
 
 

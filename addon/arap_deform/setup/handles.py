@@ -1,34 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles of an object: added and removed."""
+"""Handles of an object: added."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..core import naming, native
+from ..core import native
 from ..core.arrays import Floats, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..core.transforms import inverted, transformed
-from ..scene import groups, handle_motion, meshes, pose_key, remembered, staying
+from ..scene import groups, handle_motion, meshes, pose_key, staying
 from ..scene.groups import VertexIndices
 from ..scene.held import HeldMesh, fit
 from . import made_objects
-from .handle_changes import making, take_over
-from .pins import GroupList, count_rows
-
-if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
+from .control_changes import making, take_over
+from .controls import all_or_none, new_control
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
-
-HANDLES = GroupList("handle", "handles", "active_handle_index", "vertex_group")
 
 
 def add_handle(
@@ -38,8 +32,8 @@ def add_handle(
     location: Sequence[float] | None = None,
     *,
     is_exact: bool = False,
-) -> ArapHandle:
-    """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
+) -> str:
+    """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it; the name of the handle.
 
     The empty is at the group's centroid (or at ``location``, world space), has the size of the group, and is a child of
     the object, in one of the object's enabled collections. On a posed mesh it is at the posed centroid, and the mesh
@@ -66,8 +60,8 @@ def add_handle(
     at_rest = np.eye(4)
     at_rest[:3, 3] = centre
 
+    handle = new_control(obj, "handle", name, groups.new(obj, indices, name))
     with making():
-        handle = new_handle(obj, groups.new(obj, indices, name), name)
         handle.is_exact = is_exact
         handle.target = made_objects.new_empty(obj, name, world, motion @ at_rest)
         handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
@@ -78,13 +72,11 @@ def add_handle(
         )
     staying.stay(obj, None, handle)
     made_objects.resize_empty(obj, handle)
-    return handle
+    return str(handle.name)
 
 
-def add_handle_for(
-    obj: bpy.types.Object, target: bpy.types.Object, bone: str = "", radius: float | None = None
-) -> ArapHandle:
-    """Makes a handle for an existing object, or a bone of an armature, with a vertex group of its own.
+def add_handle_for(obj: bpy.types.Object, target: bpy.types.Object, bone: str = "", radius: float | None = None) -> str:
+    """Makes a handle for an existing object, or a bone of an armature, with a vertex group of its own; its name.
 
     Args:
         target: the object, or the armature of ``bone``.
@@ -97,7 +89,7 @@ def add_handle_for(
 
 def add_handles_for(
     obj: bpy.types.Object, targets: Sequence[tuple[bpy.types.Object, str]], radius: float | None = None
-) -> list[ArapHandle]:
+) -> list[str]:
     """add_handle_for() each of ``targets``, an object and a bone's name ('' for the object itself); all or none."""
     meshes.check_mesh(obj)
     meshes.check_local(obj)
@@ -114,22 +106,8 @@ def add_handles_for(
     with all_or_none(obj) as first:
         for (target, bone), place in zip(targets, places, strict=True):
             _add_around(obj, target, bone, _vertices_around(shown, place, radius))
-        take_over(obj, *obj.arap.handles[first:])
-    return list(obj.arap.handles[first:])
-
-
-@contextmanager
-def all_or_none(obj: bpy.types.Object) -> Iterator[int]:
-    """While handles are added, from the index that it yields on: if one cannot be, none is."""
-    first, active, bases = len(obj.arap.handles), obj.arap.active_handle_index, staying.capture_bases(obj)
-    try:
-        yield first
-    except BaseException:
-        for index in reversed(range(first, len(obj.arap.handles))):
-            remove_handle(obj, index)
-        obj.arap.active_handle_index = active
-        staying.restore_bases(obj, bases)
-        raise
+        take_over(obj, *obj.arap.controls[first:])
+    return [str(handle.name) for handle in obj.arap.controls[first:]]
 
 
 def _vertices_around(shown: Floats, place: Floats, radius: float | None) -> Ints:
@@ -140,9 +118,9 @@ def _vertices_around(shown: Floats, place: Floats, radius: float | None) -> Ints
 
 def _add_around(obj: bpy.types.Object, target: bpy.types.Object, bone: str, vertices: Ints) -> None:
     name = bone or target.name
+    handle = new_control(obj, "handle", name, groups.new(obj, vertices, name))
+    handle.has_made_group = True
     with making():
-        handle = new_handle(obj, groups.new(obj, vertices, name), name)
-        handle.has_made_group = True
         handle.target = target
         handle.bone = bone
 
@@ -157,39 +135,3 @@ def following_first_handle(obj: bpy.types.Object) -> Iterator[None]:
     yield
     if is_first and obj.arap.handles and not native.problem():
         obj.arap.use_follow = True
-
-
-def new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
-    handles = obj.arap.handles
-    unique_name = naming.unique(name, {handle.name for handle in handles})
-    handle: ArapHandle = handles.add()
-    handle.name = unique_name
-    handle.vertex_group = group
-    count_rows(obj)
-    obj.arap.active_handle_index = len(handles) - 1
-    return handle
-
-
-def remove_handle(obj: bpy.types.Object, index: int) -> None:
-    """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
-    handle = HANDLES.at(obj, index)
-    target = handle.target if handle.has_made_target else None
-    if target is not None and target.mode != "OBJECT":
-        raise ValueError(f"'{target.name}' is in another mode: go back to Object Mode first")
-    HANDLES.remove(obj, index)
-    if target is not None:
-        made_objects.remove_unused(target)
-
-
-def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
-    """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can.
-
-    Args:
-        index: of the handle.
-        with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
-    """
-    handle = HANDLES.at(obj, index)
-    problem = handle_motion.problem_of(obj, handle, meshes.drawn_depsgraph(bpy.context))
-    if not problem and with_weights and remembered.is_empty_group(obj, handle.vertex_group):
-        return handle_motion.no_weights(obj, handle)
-    return problem

@@ -11,12 +11,13 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 from ..scene import meshes, remembered
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
+from .chosen import chosen, take_in_hand
+from .controls import remove_control
 from .handle_copies import copy_handles
-from .handles import HANDLES, add_handle, add_handles_for, following_first_handle, remove_handle
+from .handles import add_handle, add_handles_for, following_first_handle
 from .names import name_for
-from .pins import PINS, GroupList, add_pin, add_pin_group, remove_pin
-from .rows import chosen, take_in_hand
-from .stiffness import STIFFNESS, add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
+from .pins import add_pin, add_pin_group
+from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
 
 NOT_EDITED = "Select vertices in Edit Mode (Tab) to give them a handle"
 
@@ -72,6 +73,7 @@ def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
 
 
 why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mesh yet")
+why_none_chosen = _why_none("controls", "Add a pin or a handle first: nothing holds or moves the mesh yet")
 
 
 def why_own_handles(context: bpy.types.Context) -> str:
@@ -98,21 +100,6 @@ class _Add(OneStepOperator):
         with self.one_step(obj, goes_back=self.goes_back):
             self.name = self.name or name_for(obj, vertices)
             add(obj, vertices, name=self.name, **options)
-
-
-class _Remove(OneStepOperator):
-    """Removes the chosen entry of a list."""
-
-    kind: GroupList
-    remove: Callable[[bpy.types.Object, int], None]
-
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        found = chosen(obj)
-        is_shown = found is not None and found[0] is self.kind
-        with self.one_step(obj):
-            self.remove(obj, found[1] if found and is_shown else getattr(obj.arap, self.kind.active))
-        if context.object is None:  # it was the empty
-            context.view_layer.objects.active = obj
 
 
 class ARAP_OT_pin_add(_Add, bpy.types.Operator):
@@ -156,15 +143,6 @@ class ARAP_OT_pin_add(_Add, bpy.types.Operator):
                 add_pin_group(obj, self.vertex_group)
 
 
-class ARAP_OT_pin_remove(_Remove, bpy.types.Operator):
-    bl_idname = "arap.pin_remove"
-    bl_label = "Remove Pin"
-    bl_description = "Remove the chosen pin, so its vertices are free"
-    why_not = staticmethod(_why_none("pins", "Add a pin first: nothing is pinned yet"))
-    kind = PINS
-    remove = staticmethod(remove_pin)
-
-
 class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     bl_idname = "arap.handle_add"
     bl_label = "Add Handle"
@@ -189,7 +167,7 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
             raise ValueError(NOT_EDITED)
         with following_first_handle(obj):
             self.add_selected(obj, add_handle, is_exact=self.is_exact)
-            take_in_hand(context, obj.arap.handles[-1])
+            take_in_hand(context, obj.arap.controls[-1])
 
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
@@ -227,13 +205,24 @@ class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
         copy_handles(obj)
 
 
-class ARAP_OT_handle_remove(_Remove, bpy.types.Operator):
-    bl_idname = "arap.handle_remove"
-    bl_label = "Remove Handle"
-    bl_description = "Remove the chosen handle, and its empty and vertex group if they were made for it"
-    why_not = staticmethod(why_no_handles)
-    kind = HANDLES
-    remove = staticmethod(remove_handle)
+class ARAP_OT_control_remove(OneStepOperator, bpy.types.Operator):
+    bl_idname = "arap.control_remove"
+    bl_label = "Remove Handle or Pin"
+    bl_description = (
+        "Remove the chosen pin, handle or bone, and its empty and vertex group if they were made for it. "
+        "Its vertices are free"
+    )
+    why_not = staticmethod(why_none_chosen)
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        control = chosen(obj)
+        if control is None:
+            raise ValueError("Choose the pin, handle or bone to remove in the list")
+        name = control.name
+        with self.one_step(obj):
+            remove_control(obj, name)
+        if context.object is None:  # it was the empty
+            context.view_layer.objects.active = obj
 
 
 class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
@@ -277,7 +266,8 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
             if self.vertex_group:
                 add_stiffness_group(obj, self.vertex_group)
             else:
-                add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
+                entry = add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name)
+                obj.arap.stiffness[entry].has_made_group = True
 
 
 class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
@@ -297,10 +287,14 @@ class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
         self.add_selected(obj, add_rigid, is_one_body=self.is_one_body)
 
 
-class ARAP_OT_stiffness_remove(_Remove, bpy.types.Operator):
+class ARAP_OT_stiffness_remove(OneStepOperator, bpy.types.Operator):
     bl_idname = "arap.stiffness_remove"
     bl_label = "Remove Stiffness"
     bl_description = "Remove the chosen entry, so its group is as soft as the rest"
     why_not = staticmethod(_why_none("stiffness", "Add stiffness first: the list is empty"))
-    kind = STIFFNESS
-    remove = staticmethod(remove_stiffness)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        settings = obj.arap
+        entry = settings.stiffness[min(settings.active_stiffness_index, len(settings.stiffness) - 1)]
+        with self.one_step(obj):
+            remove_stiffness(obj, entry.name)

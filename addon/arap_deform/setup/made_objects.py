@@ -15,7 +15,7 @@ from ..props.bounds import bounded
 from ..scene import handle_motion, meshes
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
+    from ..props.controls import ArapControl
 
 
 def new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
@@ -47,7 +47,7 @@ def resize_empties(obj: bpy.types.Object) -> None:
             resize_empty(obj, handle)
 
 
-def resize_empty(obj: bpy.types.Object, handle: ArapHandle) -> None:
+def resize_empty(obj: bpy.types.Object, handle: ArapControl) -> None:
     """The same for one, whose empty is there."""
     handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
 

@@ -29,8 +29,8 @@ def name_for(obj: bpy.types.Object, vertices: Ints) -> str:
 def _group_of(obj: bpy.types.Object, vertices: Ints) -> str:
     """The vertex group with most weight on the vertices, of those that the add-on has not made; '' if it is little."""
     settings = obj.arap
-    made = {item.name for items in (settings.pins, settings.stiffness) for item in items if item.has_made_group}
-    made |= {handle.vertex_group for handle in settings.handles if handle.has_made_group}
+    made = {entry.name for entry in settings.stiffness if entry.has_made_group}
+    made |= {control.vertex_group for control in settings.controls if control.has_made_group}
     names = [group.name for group in obj.vertex_groups if group.name not in made]
     if not names or len(names) * len(obj.data.vertices) > MOST_WEIGHTS:
         return ""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of handles and pins, the settings of its chosen entry, and the sub-panel "Stiffness"."""
+"""The list of pins, handles and bones, the settings of its chosen entry, and the sub-panel "Stiffness"."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
@@ -11,10 +11,12 @@ from ..scene import remembered
 from ..scene.snapshot import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text, is_following, split_column
+from .chosen import chosen
+from .controls import control_problem
 from .group_operators import is_painted
-from .handles import HANDLES, handle_problem
-from .pins import PINS
-from .rows import chosen, count_soon, entry_at
+
+if TYPE_CHECKING:
+    from ..props.controls import ArapControl
 
 
 class _List:
@@ -29,51 +31,46 @@ class _List:
         _icon: int,
         _active_data: Any,
         _active_property: str,
-        index: int,
     ) -> None:
         obj = find_posed_object(context)
-        entry = None if obj is None else self.entry_of(obj, item, index)
-        if obj is None or entry is None:
+        if obj is None:
             return
         row = layout.row(align=True)
-        row.prop(entry, "is_enabled", text="")
+        row.prop(item, "is_enabled", text="")
         rest = row.row(align=True)
-        rest.active = entry.is_enabled
-        self.draw_entry(rest, obj, entry, index)
+        rest.active = item.is_enabled
+        self.draw_entry(rest, obj, item)
 
-    def entry_of(self, _obj: bpy.types.Object, item: Any, _index: int) -> Any | None:
-        """What a row stands for, None if it is gone."""
-        return item
-
-    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any) -> None:
         raise NotImplementedError
 
 
-class ARAP_UL_rows(_List, bpy.types.UIList):
-    """Handles, then pins: a tick, the name, and a sign if a handle cannot work."""
+class ARAP_UL_controls(_List, bpy.types.UIList):
+    """Pins, handles and bones: a tick, the name, and a sign if one cannot work."""
 
-    def entry_of(self, obj: bpy.types.Object, _item: Any, index: int) -> Any | None:
-        return entry_at(obj, index)
-
-    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
-        if index >= len(obj.arap.handles):
-            _draw_group_name(row, obj, entry.name, "PINNED")
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: ArapControl) -> None:
+        if entry.is_pin:
+            lack = lack_of_group(obj, entry.vertex_group)
+            name = row.row(align=True)
+            name.alert = bool(lack)
+            name.prop(entry, "name", text="", emboss=False, icon="PINNED")
+            if lack:
+                name.label(text=lack)
             return
         row.prop(entry, "name", text="", emboss=False, icon="BONE_DATA" if entry.bone else "EMPTY_AXIS")
-        if _handle_problem(obj, index):
+        if _problem_of(obj, entry):
             row.label(text="", icon="ERROR")
 
 
-def draw_rows(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
-    """The list of handles and pins, if there are any, with a button that removes the chosen one."""
-    count_soon(obj)
-    found = chosen(obj)
-    if found is None:
+def draw_controls(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """The list of pins, handles and bones, if there are any, with a button that removes the chosen one."""
+    settings = obj.arap
+    if not settings.controls:
         return
     row = layout.row()
-    n_rows = min(6, max(3, len(obj.arap.rows)))
-    row.template_list("ARAP_UL_rows", "", obj.arap, "rows", obj.arap, "shown_row", rows=n_rows)
-    row.column().operator(f"arap.{found[0].noun}_remove", text="", icon="REMOVE")
+    n_rows = min(6, max(3, len(settings.controls)))
+    row.template_list("ARAP_UL_controls", "", settings, "controls", settings, "active_control_index", rows=n_rows)
+    row.column().operator("arap.control_remove", text="", icon="REMOVE")
 
 
 class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
@@ -84,16 +81,9 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        kind, index = chosen(obj) or (None, 0)
-        if kind is HANDLES:
-            _draw_handle(context, layout, obj, obj.arap.handles[index])
-            problem = _handle_problem(obj, index)
-            if problem:
-                draw_text(context, layout, problem, "ERROR")
-        elif kind is PINS:
-            pin = obj.arap.pins[index]
-            split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
-            _draw_group_buttons(context, layout, obj, pin.name)
+        control = chosen(obj)
+        if control is not None:
+            _draw_control(context, layout, obj, control)
         column = layout.column(align=True)
         column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
         column.operator("arap.bones_add", icon="BONE_DATA")
@@ -102,7 +92,7 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
 class ARAP_UL_stiffness(_List, bpy.types.UIList):
     """Entries: the vertex group, and how stiff."""
 
-    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any) -> None:
         split = row.split(factor=0.65)
         _draw_group_name(split, obj, entry.name, "MESH_ICOSPHERE" if entry.is_rigid else "MOD_ARMATURE")
         value = split.row()
@@ -141,23 +131,27 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.stiffness_add", icon="MOD_ARMATURE")
 
 
-def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, handle: Any) -> None:
+def _draw_control(
+    context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, control: ArapControl
+) -> None:
     column = split_column(layout)
-    column.prop(handle, "target")
-    if handle.target is not None and handle.target.type == "ARMATURE":
-        column.prop_search(handle, "bone", handle.target.data, "bones")
-    column.prop_search(handle, "vertex_group", obj, "vertex_groups", text="Group")
-    if handle.is_bone_alone:
-        return
-    if settings_of(obj).has_radius:
-        column.prop(handle, "is_exact")
-    _draw_group_buttons(context, layout, obj, handle.vertex_group)
+    if not control.is_pin:
+        column.prop(control, "target")
+        if control.target is not None and control.target.type == "ARMATURE":
+            column.prop_search(control, "bone", control.target.data, "bones")
+    if control.kind != "bone":
+        column.prop_search(control, "vertex_group", obj, "vertex_groups", text="Group")
+        if not control.is_pin and settings_of(obj).has_radius:
+            column.prop(control, "is_exact")
+        _draw_group_buttons(context, layout, obj, control.vertex_group)
+    problem = _problem_of(obj, control)
+    if problem:
+        draw_text(context, layout, problem, "ERROR")
 
 
-def _handle_problem(obj: bpy.types.Object, index: int) -> str:
-    """Why an enabled handle cannot work, '' if it can."""
-    handle = obj.arap.handles[index]
-    return handle_problem(obj, index, with_weights=not is_following(obj)) if handle.is_enabled else ""
+def _problem_of(obj: bpy.types.Object, control: ArapControl) -> str:
+    """Why an enabled control cannot work, '' if it can."""
+    return control_problem(obj, control, with_weights=not is_following(obj)) if control.is_enabled else ""
 
 
 def _draw_group_name(layout: bpy.types.UILayout, obj: bpy.types.Object, group: str, icon: str) -> None:

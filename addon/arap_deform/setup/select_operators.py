@@ -62,9 +62,7 @@ def why_not_editable(context: bpy.types.Context) -> str:
 def why_nothing_held(context: bpy.types.Context) -> str:
     """As why_not_editable(). The mesh must have a pin or a handle."""
     lack = "Add a pin or a handle first: nothing holds the mesh yet"
-    return why_not_editable(context) or (
-        "" if posed_object(context).arap.pins or posed_object(context).arap.handles else lack
-    )
+    return why_not_editable(context) or ("" if posed_object(context).arap.controls else lack)
 
 
 class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):

@@ -11,47 +11,71 @@ import numpy as np
 from ..core.distance import distances_within, faded
 from ..scene import groups, meshes
 from ..scene.groups import VertexIndices
-from .pins import GroupList
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapStiffness
-
-STIFFNESS = GroupList("stiffness", "stiffness", "active_stiffness_index")
+    from ..props.controls import ArapStiffness
 
 
-def add_stiffness(
-    obj: bpy.types.Object, vertices: VertexIndices, name: str = "Stiff", factor: float = 100.0
-) -> ArapStiffness:
-    """Makes a vertex group of ``vertices`` (weight 1), ``factor`` (1 to 100) times as stiff as the rest."""
+def add_stiffness(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Stiff", factor: float = 100.0) -> str:
+    """Makes a vertex group of ``vertices`` (weight 1), ``factor`` (1 to 100) times as stiff as the rest; its name."""
     if not 1.0 <= factor <= 100.0:
         raise ValueError(f"factor = {factor}, must be 1 to 100")
-    entry: ArapStiffness = STIFFNESS.add_vertices(obj, vertices, name)
+    entry = _add(obj, vertices, name)
     entry.factor = factor
-    return entry
+    return str(entry.name)
 
 
-def add_rigid(
-    obj: bpy.types.Object, vertices: VertexIndices, name: str = "Rigid", *, is_one_body: bool = False
-) -> ArapStiffness:
-    """Makes a vertex group of ``vertices`` that keeps its shape.
+def add_rigid(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Rigid", *, is_one_body: bool = False) -> str:
+    """Makes a vertex group of ``vertices`` that keeps its shape; the name of the group.
 
     Each connected piece moves as one body, for example each of two shoes. With ``is_one_body`` all pieces move as one
     body, for example the shells of a helmet.
     """
-    entry: ArapStiffness = STIFFNESS.add_vertices(obj, vertices, name)
+    entry = _add(obj, vertices, name)
     entry.is_rigid, entry.is_one_body = True, is_one_body
+    return str(entry.name)
+
+
+def add_stiffness_group(obj: bpy.types.Object, vertex_group: str) -> str:
+    """Adds an existing vertex group to the list; its name. An entry that is there already is chosen and enabled."""
+    meshes.check_mesh(obj)
+    meshes.check_local(obj)
+    groups.check(obj, vertex_group)
+    return str(_entry_of(obj, vertex_group).name)
+
+
+def _add(obj: bpy.types.Object, vertices: VertexIndices, name: str) -> ArapStiffness:
+    """An entry with a vertex group of its own."""
+    meshes.check_mesh(obj)
+    meshes.check_local(obj)
+    entry = _entry_of(obj, groups.new(obj, groups.checked_indices(obj, vertices), name))
+    entry.has_made_group = True
     return entry
 
 
-def add_stiffness_group(obj: bpy.types.Object, vertex_group: str) -> ArapStiffness:
-    """Adds an existing vertex group to the list. If it is there already, returns that entry, enabled."""
-    entry: ArapStiffness = STIFFNESS.add_group(obj, vertex_group)
+def _entry_of(obj: bpy.types.Object, vertex_group: str) -> ArapStiffness:
+    """Added if it is missing; enabled and chosen."""
+    settings = obj.arap
+    entry: ArapStiffness | None = settings.stiffness.get(vertex_group)
+    if entry is None:
+        entry = settings.stiffness.add()
+        entry.name = vertex_group
+    entry.is_enabled = True
+    settings.active_stiffness_index = settings.stiffness.find(vertex_group)
     return entry
 
 
-def remove_stiffness(obj: bpy.types.Object, index: int) -> None:
-    """Removes an entry, and its vertex group if the entry made it and nothing else uses it."""
-    STIFFNESS.remove(obj, index)
+def remove_stiffness(obj: bpy.types.Object, vertex_group: str) -> None:
+    """Removes the entry of a vertex group, and the group if it was made for the entry and nothing else uses it."""
+    meshes.check_local(obj)
+    settings = obj.arap
+    index = settings.stiffness.find(vertex_group) if isinstance(vertex_group, str) else -1
+    if index < 0:
+        raise ValueError(f"'{obj.name}' has no stiffness of a vertex group {vertex_group!r}")
+    made = vertex_group if settings.stiffness[index].has_made_group else ""
+    settings.stiffness.remove(index)
+    settings.active_stiffness_index = max(0, min(settings.active_stiffness_index, len(settings.stiffness) - 1))
+    groups.remove_unused(obj, made)
 
 
 def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> None:

@@ -47,7 +47,8 @@ class Surface:
 
 def read_pinned(obj: bpy.types.Object) -> NDArray[np.int32]:
     """(p,) int32 vertices of the enabled pins."""
-    names = [pin.name for pin in obj.arap.pins if pin.is_enabled and pin.name in obj.vertex_groups]
+    pinned = (pin.vertex_group for pin in obj.arap.pins if pin.is_enabled)
+    names = [group for group in pinned if group in obj.vertex_groups]
     # Reading with nodes would add data to the scene, which Blender forbids while drawing.
     weights = meshes.read_weights(obj, names, use_nodes=False)
     is_pinned = np.zeros(len(obj.data.vertices), dtype=bool)

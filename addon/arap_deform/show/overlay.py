@@ -109,7 +109,7 @@ def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 def _shows_anything(obj: bpy.types.Object) -> bool:
     overlay = obj.arap.overlay
-    if not (obj.arap.pins or obj.arap.handles) and pose_key.find(obj) is None:  # ARAP Pull needs neither
+    if not obj.arap.controls and pose_key.find(obj) is None:  # ARAP Pull needs neither
         return False
     return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain or overlay.show_cubes)
 

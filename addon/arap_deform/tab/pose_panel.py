@@ -12,7 +12,7 @@ from ..follow import runs
 from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered
 from ..setup.bone_operators import selected_armatures
-from ..setup.panels import draw_rows
+from ..setup.panels import draw_controls
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_follow
 from ..ui.panels import ArapPanel, button_row, draw_text
 from .next_step import next_step
@@ -33,7 +33,7 @@ class ARAP_PT_pose(ArapPanel, bpy.types.Panel):
         if obj is not None:
             _draw_beginning(context, layout, obj)
             _draw_following(context, layout, obj)
-            draw_rows(layout, obj)
+            draw_controls(layout, obj)
             _draw_notes(context, layout, obj)
 
 

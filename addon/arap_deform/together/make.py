@@ -20,7 +20,7 @@ from ..core.together.fewer import simplified
 from ..core.together.shape import Shape, centre_of, joined
 from ..scene import groups, known, meshes, versions
 from ..scene.points import objects as points
-from ..setup.handles import remove_handle
+from ..setup.controls import remove_control
 from ..setup.made_objects import collection_for_made
 from ..setup.pins import add_pin_group
 from .pieces import NAME, VERTICES, check, groups_of, is_posed, pieces_of, pins_of, read_shape
@@ -184,8 +184,8 @@ def remove_stand_in(stand_in: bpy.types.Object) -> None:
         stop_carrying(body, stand_in)
     for index in reversed(range(len(stand_in.arap.followers))):
         remove_at(stand_in, index)
-    for index in reversed(range(len(stand_in.arap.handles))):
-        remove_handle(stand_in, index)
+    for name in [control.name for control in stand_in.arap.controls]:
+        remove_control(stand_in, name)
     _release_children(stand_in)
     _delete(stand_in)
 

@@ -100,4 +100,5 @@ def groups_of(pieces: Iterable[bpy.types.Object]) -> list[str]:
 def pins_of(pieces: Iterable[bpy.types.Object]) -> list[str]:
     """Names of the vertex groups, of those that are there, that hold any of them."""
     pins = ((piece, pin) for piece in pieces for pin in piece.arap.pins)
-    return list(dict.fromkeys(pin.name for piece, pin in pins if pin.is_enabled and pin.name in piece.vertex_groups))
+    enabled = ((piece, pin.vertex_group) for piece, pin in pins if pin.is_enabled)
+    return list(dict.fromkeys(group for piece, group in enabled if group in piece.vertex_groups))

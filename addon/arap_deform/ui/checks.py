@@ -42,7 +42,7 @@ def _find(context: bpy.types.Context) -> bpy.types.Object | None:
     active = getattr(context, "object", None)  # a timer or a handler may have no window
     posed = [obj for uid in sessions.acts if (obj := known.find_in(context.view_layer, uid)) is not None]
     if active is not None and active.type == "MESH":
-        if active.arap.pins or active.arap.handles:
+        if active.arap.controls:
             return active
         return next((obj for obj in posed if remembered.is_moved_by(obj, active)), active)
     if active is not None:

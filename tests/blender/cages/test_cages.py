@@ -81,7 +81,7 @@ class CageTest(SceneTest):
         cage = self.api.make_cage(obj)
         height = positions_of(cage)[:, 2]
         self.api.add_pin(cage, np.flatnonzero(height < height.min() + 0.5), name="Feet")
-        handle = self.api.add_handle(cage, np.flatnonzero(height > height.max() - 0.5), name="Head")
+        handle = cage.arap.controls[self.api.add_handle(cage, np.flatnonzero(height > height.max() - 0.5), name="Head")]
         handle.target.location.x += 1.0
         self.api.solve(cage)
         moved = shown_positions(obj) - rest_positions(obj)

@@ -174,7 +174,7 @@ class FollowTest(CarryTest):
         self.api.carry_along(body, [target])
         z = rest_positions(body)[:, 2]
         self.api.add_pin(body, np.flatnonzero(z < 0.1), name="Feet")
-        top = self.api.add_handle(body, np.flatnonzero(z > 3.9), name="Head").target
+        top = body.arap.controls[self.api.add_handle(body, np.flatnonzero(z > 3.9), name="Head")].target
         top.location.y += 1.0
         bpy.context.view_layer.update()
         self.api.solve(body)

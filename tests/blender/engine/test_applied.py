@@ -85,13 +85,13 @@ class AppliedTest(SceneTest):
     def test_a_pin_alone(self):
         obj = solved(matrix=PLACED)
         self.api.add_pin(obj, MIDDLE, name="Waist")
-        self.api.remove_handle(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
         bpy.context.view_layer.update()
-        base = obj.arap.pins["Waist"].base[1]
+        base = obj.arap.controls["Waist"].base[1]
         turn = np.array(obj.matrix_world.to_3x3())
         apply(obj)
         bpy.context.view_layer.update()
-        self.assert_close(obj.arap.pins["Waist"].base[1], base @ turn.T, 1e-5)
+        self.assert_close(obj.arap.controls["Waist"].base[1], base @ turn.T, 1e-5)
 
     def test_a_bone_without_a_group(self):
         obj = posable(matrix=PLACED)
@@ -151,7 +151,8 @@ class AppliedTest(SceneTest):
         self.assertEqual(said.getvalue(), "")
         self.assertGreater(np.abs(shown_positions(other) - rest_positions(other)).max(), 0.4)
         self.assertRegex(
-            module("setup.handles").handle_problem(obj, 0), "^Handle 'Head' of 'Tube': .* choose it again$"
+            module("setup.controls").control_problem(obj, obj.arap.handles[0]),
+            "^Handle 'Head' of 'Tube': .* choose it again$",
         )
 
     def test_a_fault_with_one_mesh_keeps_no_other_from_its_turn(self):

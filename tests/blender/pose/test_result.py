@@ -144,7 +144,7 @@ class ResultTest(SceneTest):
         state = module("pose.result").capture_state(obj)
         self.api.add_pin(obj, [MIDDLE[1]], name="New")
         self.assertNotEqual(held_shapes(obj)["Spot"], before["Spot"])
-        self.api.remove_pin(obj, 2)
+        self.api.remove_control(obj, obj.arap.pins[2].name)
         self.api.reset_handles(obj)
         module("pose.result").restore_state(obj, state)
         self.assertEqual(held_shapes(obj), before)

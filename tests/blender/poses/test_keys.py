@@ -127,7 +127,7 @@ class PoseKeysTest(SceneTest):
 
     def test_handles_that_a_pose_does_not_know_are_at_rest(self):
         obj, _ = self.with_poses()
-        waist = self.api.add_handle(obj, MIDDLE, name="Waist")
+        waist = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")]
         first = self.api.poses_to_keys(obj, ["Bent"])
         shape = key_positions(obj, *first)
         self.assert_close(shape[MIDDLE], rest_positions(obj)[MIDDLE], 1e-5)

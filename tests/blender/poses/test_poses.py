@@ -31,7 +31,7 @@ class PollTest(SceneTest):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
         self.api.store_pose(obj, "Pose")
-        self.api.remove_handle(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
         self.assertFalse(bpy.ops.arap.poses_apply.poll())
         self.assertEqual(bpy.ops.arap.poses_delete(), {"FINISHED"})
         self.assertEqual(len(obj.arap.poses), 0)
@@ -149,10 +149,10 @@ class ApplyTest(SceneTest):
         move(obj.arap.handles[1].target, (0.2, 0.0, 0.0))
         stored = places(obj)[0]
         self.api.store_pose(obj, "Bent")
-        self.api.remove_handle(obj, 1)
+        self.api.remove_control(obj, obj.arap.handles[1].name)
         obj.arap.handles[0].name = "Crown"
         self.assertEqual(self.api.apply_pose(obj, "Bent").gone, ("Waist",))
-        tail = self.api.add_handle(obj, list(range(24, 32)), name="Tail")
+        tail = obj.arap.controls[self.api.add_handle(obj, list(range(24, 32)), name="Tail")]
         tail_at = np.array(tail.target.matrix_world)
         move(obj.arap.handles[0].target, (0.0, 0.0, 1.0))
         placement = self.api.apply_pose(obj, "Bent")
@@ -167,7 +167,7 @@ class ApplyTest(SceneTest):
     def test_a_handle_made_anew_takes_the_place_of_the_lost_one_of_its_name(self):
         obj, stored = with_pose(self.api)
         self.api.reset_handles(obj)
-        self.api.remove_handle(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
         self.api.add_handle(obj, TOP, name="Head")
         self.assertEqual(str(self.api.apply_pose(obj, "Bent")), "")
         self.assert_close(places(obj), stored, 1e-5)
@@ -283,7 +283,7 @@ class BlendTest(SceneTest):
     def test_half_of_a_swing_is_on_the_circle(self):
         """Two handles that turn together about a point turn together half as far: the mesh stays rigid."""
         obj = posable(matrix=PLACED)
-        self.api.remove_pin(obj, 0)
+        self.api.remove_control(obj, obj.arap.pins[0].name)
         self.api.add_handle(obj, BOTTOM, name="Foot")
         to_axis = Matrix.Translation((1.0, 0.0, 0.0))
         swing, half = (to_axis @ Matrix.Rotation(angle, 4, "Z") @ to_axis.inverted() for angle in (2.0, 1.0))
@@ -316,7 +316,7 @@ class BlendTest(SceneTest):
     def test_only_handles_that_both_know_are_moved(self):
         obj = posable()
         self.api.store_pose(obj, "Before")
-        waist = self.api.add_handle(obj, MIDDLE, name="Waist")
+        waist = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")]
         bend(obj)
         move(waist.target, (0.5, 0.0, 0.0))
         self.api.store_pose(obj, "After")
@@ -385,11 +385,11 @@ class MirrorTest(SceneTest):
     def test_a_missing_partner_is_refused(self):
         obj = self.symmetric()
         self.api.store_pose(obj, "Out")
-        self.api.remove_handle(obj, 1)
+        self.api.remove_control(obj, obj.arap.handles[1].name)
         with self.assertRaisesRegex(ValueError, "^Handle 'Side.L' has no partner on the other side of X = 0"):
             self.api.mirror_pose(obj, "Out")
         self.api.mirror_pose(obj, "Out", 1)  # across Y it is its own
-        self.api.remove_handle(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
         message = "All handles of pose 'Out' are gone: there is nothing to mirror"
         self.assert_error(ValueError, message, self.api.mirror_pose, obj, "Out")
         self.assertEqual(len(obj.arap.poses), 2)
@@ -459,5 +459,5 @@ class OperatorTest(SceneTest):
         bpy.ops.object.mode_set(mode="EDIT")
         self.assertEqual(poses.why_not_storable(context), "Go to Object Mode first (Tab)")
         bpy.ops.object.mode_set(mode="OBJECT")
-        self.api.remove_handle(self.obj, 0)
+        self.api.remove_control(self.obj, self.obj.arap.handles[0].name)
         self.assertEqual(poses.why_not_storable(context), "Add a handle first: a pose stores the places of the handles")

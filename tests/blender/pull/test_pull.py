@@ -326,8 +326,7 @@ class DragTest(PullTest):
     def test_loose_pieces_go_along_with_the_limb(self):
         """An eye near the end that is pulled, one near the other end, and a ball far away."""
         obj = with_balls((0.5, 0.0, 0.9 * LENGTH), (0.5, 0.0, 0.1 * LENGTH), (4.0, 0.0, 0.0))
-        obj.arap.pins.clear()
-        obj.arap.handles.clear()
+        obj.arap.controls.clear()
         first = len(rest_positions(obj)) - 3 * BALL
         eye, other, far = (slice(first + i * BALL, first + (i + 1) * BALL) for i in range(3))
         self.pull(obj, self.grab(TOP), RIGHT)

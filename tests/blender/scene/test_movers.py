@@ -36,7 +36,7 @@ class MoversTest(SceneTest):
         """The tube with a handle for an object or bone."""
         obj = mesh_object()
         self.api.add_pin(obj, BOTTOM, name="Feet")
-        self.api.add_handle_for(obj, target, bone, 0.7).name = "Head"
+        obj.arap.controls[self.api.add_handle_for(obj, target, bone, 0.7)].name = "Head"
         return obj
 
     def linked(self, *names: str) -> list[bpy.types.Object]:

@@ -39,7 +39,7 @@ class PoseKeyTest(SceneTest):
         mine = key_positions(obj)
         self.api.reset_pose(obj)
         self.assert_close(key_positions(obj), mine, 0.0)
-        target = self.api.add_handle(obj, [40], name="More").target
+        target = obj.arap.controls[self.api.add_handle(obj, [40], name="More")].target
         self.assert_close(target.matrix_world.translation, rest_positions(obj)[40], 1e-6)
 
     def test_the_next_free_name_is_taken(self):

@@ -33,7 +33,7 @@ class ShapeKeyTest(SceneTest):
         obj = mesh_object()
         smile = own_key(obj, "Smile")
         self.api.add_pin(obj, range(8))
-        handle = self.api.add_handle(obj, TOP)
+        handle = obj.arap.controls[self.api.add_handle(obj, TOP)]
         bpy.context.view_layer.update()
         before = key_positions(obj, "Smile")
         move(handle.target, (0.0, 0.5, 0.0))
@@ -168,7 +168,7 @@ class ShapeKeyTest(SceneTest):
                 lambda obj: self.api.add_pin(obj, [0]),
                 lambda obj: self.api.add_handle(obj, [0]),
                 lambda obj: self.api.add_rigid(obj, [0]),
-                lambda obj: self.api.remove_pin(obj, 0),
+                lambda obj: self.api.remove_control(obj, obj.arap.pins[0].name),
                 self.api.store_pose,
                 lambda obj: self.api.mirror_pose(obj, "Out"),
                 lambda obj: self.api.delete_pose(obj, "Out"),

@@ -39,10 +39,10 @@ class BaseTest(SceneTest):
         self.api.add_pin(obj, [*MIDDLE, *RING], name="Both")
         self.assertEqual(len(attributes(obj)), 4)
         for name, vertices in (("One", MIDDLE), ("Two", RING), ("Both", sorted([*MIDDLE, *RING]))):
-            base = obj.arap.pins[name].base
+            base = obj.arap.controls[name].base
             self.assertEqual(base[0].tolist(), sorted(vertices))
             self.assert_close(rest_positions(obj)[base[0]] + base[1], posed[base[0]], 1e-5)
-        self.api.remove_pin(obj, obj.arap.pins.find("One"))
+        self.api.remove_control(obj, "One")
         self.api.add_pin(obj, MIDDLE, name="Again")
         self.assertEqual(len(attributes(obj)), 4, "what a removed one held is free")
 
@@ -57,7 +57,7 @@ class BaseTest(SceneTest):
         bmesh.ops.delete(edited, geom=[edited.verts[gone]], context="VERTS")
         bmesh.update_edit_mesh(obj.data)
         bpy.ops.object.mode_set(mode="OBJECT")
-        self.assertEqual(obj.arap.pins["Waist"].base[0].tolist(), [v - 1 for v in MIDDLE])
+        self.assertEqual(obj.arap.controls["Waist"].base[0].tolist(), [v - 1 for v in MIDDLE])
         self.api.solve(obj)
         now = np.insert(key_positions(obj), gone, posed[gone], axis=0)
         self.assert_close(now[MIDDLE], posed[MIDDLE], STAYS)
@@ -80,16 +80,16 @@ class BaseTest(SceneTest):
         weights = group_of(obj, "Waist")
         whole = [v for v, weight in weights.items() if weight == 1.0]
         self.assertGreater(len(whole), 1.5 * len(held))
-        self.assertEqual(obj.arap.pins["Waist"].base[0].tolist(), whole)
+        self.assertEqual(obj.arap.controls["Waist"].base[0].tolist(), whole)
 
     def test_a_twin_with_the_same_mesh_takes_nothing_away(self):
         obj, posed = pinned()
-        pin = self.api.add_pin(obj, MIDDLE, name="Waist")
+        pin = obj.arap.controls[self.api.add_pin(obj, MIDDLE, name="Waist")]
         twin = obj.copy()
         self.scene.collection.objects.link(twin)
         bpy.context.view_layer.update()
         self.api.reset_handles(twin)
-        self.assertEqual((twin.arap.pins["Waist"].base_id, pin.base[0].tolist()), (0, MIDDLE))
+        self.assertEqual((twin.arap.controls["Waist"].base_id, pin.base[0].tolist()), (0, MIDDLE))
         bpy.data.objects.remove(twin)
         self.api.solve(obj)
         self.assert_close(key_positions(obj)[MIDDLE], posed[MIDDLE], STAYS)
@@ -108,9 +108,9 @@ class BaseTest(SceneTest):
         self.api.add_pin(obj, MIDDLE, name="Waist")
         former = staying.capture_bases(obj)
         self.api.add_pin(obj, [*MIDDLE, *RING], name="Both")
-        number = obj.arap.pins["Both"].base_id
+        number = obj.arap.controls["Both"].base_id
         self.assertEqual([pin.name for pin in staying.restore_bases(obj, former)], ["Both"])
-        self.assertEqual(obj.arap.pins["Waist"].base[0].tolist(), MIDDLE)
+        self.assertEqual(obj.arap.controls["Waist"].base[0].tolist(), MIDDLE)
         owners = [
             np.array([v.value for v in obj.data.attributes[name].data]) for name in attributes(obj) if "_of" in name
         ]
@@ -127,7 +127,7 @@ class BaseTest(SceneTest):
 
     def test_it_is_set_and_read_in_edit_mode(self):
         obj, posed = pinned()
-        handle = self.api.add_handle(obj, MIDDLE, name="Waist")
+        handle = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")]
         bpy.context.view_layer.objects.active = obj
         bpy.ops.object.mode_set(mode="EDIT")
         handle.target = empty_at((1.0, 2.0, 3.0), "Other")  # the ring was bent, so no motion from rest shows it
@@ -146,9 +146,9 @@ class BaseTest(SceneTest):
                 obj, _ = pinned()
                 if name:
                     obj.data.attributes.new(name, kind, domain)
-                other = self.api.add_pin(obj, [*RING, MIDDLE[0]], name="Ring").name
-                handle = self.api.add_handle(obj, MIDDLE, name="Waist")
-                held = [array.tolist() for array in obj.arap.pins[other].base]
+                other = self.api.add_pin(obj, [*RING, MIDDLE[0]], name="Ring")
+                handle = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")]
+                held = [array.tolist() for array in obj.arap.controls[other].base]
                 n_attributes = len(attributes(obj))
                 bpy.context.view_layer.objects.active = obj
                 bpy.ops.object.mode_set(mode="EDIT")
@@ -156,7 +156,7 @@ class BaseTest(SceneTest):
                     handle.target = empty_at((1.0, 2.0, 3.0 + i), f"Other {i}")
                     self.assertEqual(handle.base[0].tolist(), MIDDLE)
                 bpy.ops.object.mode_set(mode="OBJECT")
-                self.assertEqual([array.tolist() for array in obj.arap.pins[other].base], held)
+                self.assertEqual([array.tolist() for array in obj.arap.controls[other].base], held)
                 self.assertLessEqual(len(attributes(obj)), n_attributes + 2)
                 if name:
                     attribute = obj.data.attributes[name]

@@ -61,8 +61,8 @@ class BonesTest(SceneTest):
     def test_bones_move_the_mesh_and_make_it_solid(self):
         obj = mesh_object()
         armature = arm(obj)
-        handles = self.api.add_bones(obj, armature)
-        self.assertEqual([handle.name for handle in handles], ["Lower", "Upper"])
+        self.assertEqual(self.api.add_bones(obj, armature), ["Lower", "Upper"])
+        self.assertEqual([control.kind for control in obj.arap.controls], ["bone", "bone"])
         self.assertEqual((obj.arap.model, len(obj.vertex_groups)), ("solid", 0))
         bend(armature, "Upper", 1.0)
         self.api.solve(obj)
@@ -134,7 +134,7 @@ class BonesTest(SceneTest):
             self.api.solve(obj)
         far.location.x -= 3.0
         bpy.context.view_layer.update()
-        self.assertEqual([handle.name for handle in self.api.add_bones(obj, far)], ["Upper", "Lower"])
+        self.assertEqual(self.api.add_bones(obj, far), ["Upper", "Lower"])
         self.assertEqual(len(obj.arap.handles), 2)
         readout = self.api.solve(obj)
         self.assertEqual(readout.outside, ())
@@ -163,8 +163,8 @@ class BonesTest(SceneTest):
     def test_parts_that_no_bone_passes_through_are_selected_as_unheld(self):
         obj = with_balls((5.0, 0.0, 2.0))
         obj.arap.loose_follow = False
-        self.api.remove_handle(obj, 0)
-        self.api.remove_pin(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
+        self.api.remove_control(obj, obj.arap.pins[0].name)
         self.api.add_bones(obj, arm(obj))
         find = module("setup.unheld").find
         with self.assertRaisesRegex(ValueError, "is known once it was posed"):
@@ -199,8 +199,8 @@ class BonesTest(SceneTest):
         modifier.show_render = False
         add(obj, armature)
         obj.arap.model = "surface"
-        why = "a bone without a vertex group moves what is inside; choose Model: Solid, or choose a group"
-        message = f"Handle 'Lower' of 'Tube': {why}. Handle 'Upper' of 'Tube': {why}"
+        why = "a bone moves what is inside of a solid; choose Model: Solid"
+        message = f"Bone 'Lower' of 'Tube': {why}. Bone 'Upper' of 'Tube': {why}"
         self.assert_error(ValueError, message, self.api.solve, obj)
 
     def test_the_operator_takes_the_selected_armature_or_the_selected_bones(self):

@@ -68,7 +68,7 @@ class HandleCopiesTest(SceneTest):
 
     def test_handles_under_handles_and_animations_are_copied_too(self):
         obj = posable()
-        other = self.api.add_handle(obj, MIDDLE, name="Waist").target
+        other = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")].target
         head, between = obj.arap.handles[0].target, empty_at((0.0, 0.0, 1.0), "Between")
         for child, parent in ((between, obj), (other, between), (head, other)):
             matrix = child.matrix_world.copy()

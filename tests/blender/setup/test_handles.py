@@ -44,7 +44,7 @@ def misfit(rest, shown):
 class HandleTest(SceneTest):
     def test_the_empty_stands_at_the_centroid_sized_to_the_group_and_follows_the_object(self):
         obj = mesh_object(matrix=PLACED)
-        handle = self.api.add_handle(obj, TOP, name="Head")
+        handle = obj.arap.controls[self.api.add_handle(obj, TOP, name="Head")]
         bpy.context.view_layer.update()
         points = in_world(obj, rest_positions(obj)[TOP])
         self.assert_close(handle.target.matrix_world.translation, points.mean(axis=0), 1e-5)
@@ -69,10 +69,10 @@ class HandleTest(SceneTest):
         bpy.context.view_layer.layer_collection.children["Excluded"].exclude = True
         bpy.context.view_layer.update()
         for expected in (enabled, root):
-            handle = self.api.add_handle(obj, TOP)
+            handle = obj.arap.controls[self.api.add_handle(obj, TOP)]
             self.assertEqual(list(handle.target.users_collection), [expected])
             bpy.context.view_layer.update()
-            self.assertEqual(module("setup.handles").handle_problem(obj, len(obj.arap.handles) - 1), "")
+            self.assertEqual(module("setup.controls").control_problem(obj, handle), "")
             if expected == enabled:
                 enabled.objects.unlink(obj)
 
@@ -82,7 +82,7 @@ class HandleTest(SceneTest):
             with self.subTest(matrix):
                 obj = solved(matrix=matrix)
                 posed = key_positions(obj)
-                handle = self.api.add_handle(obj, MIDDLE, name="Waist")
+                handle = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")]
                 bpy.context.view_layer.update()
                 self.assert_close(key_positions(obj), posed, 0.0)
                 shown = in_world(obj, posed[MIDDLE])
@@ -110,7 +110,7 @@ class HandleTest(SceneTest):
         }.items():
             with self.subTest(what):
                 obj = posable()
-                handle = self.api.add_handle_for(obj, empty_at((0.0, 0.0, 2.5)))
+                handle = obj.arap.controls[self.api.add_handle_for(obj, empty_at((0.0, 0.0, 2.5)))]
                 handle.vertex_group = group(obj, range(9 * SEGMENTS, 12 * SEGMENTS), 0.6)
                 move(handle.target, (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
                 bend(obj)
@@ -123,11 +123,11 @@ class HandleTest(SceneTest):
     def test_a_pin_chosen_again_stays_and_one_switched_on_again_holds_what_is_shown(self):
         obj = solved()
         posed = key_positions(obj)
-        pin = self.api.add_pin_group(obj, self.api.add_pin(obj, MIDDLE, name="Waist").name)
+        pin = obj.arap.controls[self.api.add_pin_group(obj, self.api.add_pin(obj, MIDDLE, name="Waist"))]
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, STAYS)
         number = pin.base_id
-        self.assertEqual(self.api.add_pin_group(obj, "Waist").base_id, number)
+        self.assertEqual(obj.arap.controls[self.api.add_pin_group(obj, "Waist")].base_id, number)
 
     def test_the_pose_applied_as_rest_is_held_as_it_is(self):
         obj = solved()
@@ -140,7 +140,7 @@ class HandleTest(SceneTest):
 
     def test_a_damaged_base_is_the_mesh_at_rest(self):
         obj = solved()
-        pin = self.api.add_pin(obj, MIDDLE)
+        pin = obj.arap.controls[self.api.add_pin(obj, MIDDLE)]
         vertices, offsets = pin.base
         self.assertEqual(vertices.tolist(), MIDDLE)
         pin.set_base(vertices, offsets * np.nan)
@@ -157,14 +157,15 @@ class HandleTest(SceneTest):
         world = in_world(obj, rest_positions(obj))
         near, far = empty_at(world[TOP].mean(axis=0), "Near"), empty_at(world[BOTTOM[0]] + 30.0, "Far")
         radius = 1.5
-        handles = module("setup.handles").add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
+        names = module("setup.handles").add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
         centre = np.array(near.matrix_world.translation)
         within = np.flatnonzero(np.linalg.norm(world - centre, axis=1) <= radius)
         self.assertGreater(len(within), 4)
+        self.assertEqual(names, ["Near", "Far"])
+        handles = [obj.arap.controls[name] for name in names]
         self.assertEqual(sorted(group_of(obj, handles[0].vertex_group)), within.tolist())
         nearest = np.linalg.norm(world - np.array(far.matrix_world.translation), axis=1).argmin()
         self.assertEqual(list(group_of(obj, handles[1].vertex_group)), [nearest])
-        self.assertEqual([handle.name for handle in handles], ["Near", "Far"])
         self.assertIs(handles[0].target, near)
         self.assertIsNone(near.parent)
         self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
@@ -190,22 +191,22 @@ class HandleTest(SceneTest):
         obj.arap.rigidity = 12.0
         bend(obj)
         self.api.solve(obj)
-        spot = self.api.add_handle(obj, MIDDLE[:1], name="Spot")
-        obj.arap.active_handle_index = 0
+        spot = obj.arap.controls[self.api.add_handle(obj, MIDDLE[:1], name="Spot")]
+        obj.arap.chosen_control_index = 0
         empties = [empty_at(key_positions(obj)[vertex], "Control") for vertex in MIDDLE[1:3]]
         hold_shown = module("scene.staying")._hold_shown
 
         def fail(*arguments):
             hold_shown(*arguments)
-            self.assertGreater(obj.arap.handles["Spot"].reach, 0.0)
+            self.assertGreater(obj.arap.controls["Spot"].reach, 0.0)
             raise MemoryError
 
         with mock.patch.object(module("scene.staying"), "_hold_shown", fail), self.assertRaises(MemoryError):
             module("setup.handles").add_handles_for(obj, [(empty, "") for empty in empties])
         self.assertEqual(
-            ([handle.name for handle in obj.arap.handles], obj.arap.active_handle_index), (["Head", "Spot"], 0)
+            ([handle.name for handle in obj.arap.handles], obj.arap.chosen_control_index), (["Head", "Spot"], 0)
         )
-        spot = obj.arap.handles["Spot"]
+        spot = obj.arap.controls["Spot"]
         self.assertEqual((spot.reach, spot.base_id, len(spot.base[0])), (0.0, 0, 0))
         self.assertEqual(len(obj.vertex_groups), 3)
 
@@ -213,7 +214,7 @@ class HandleTest(SceneTest):
         obj = posable()
         move(obj.arap.handles[0].target, (0.0, 3.0, -2.0))
         self.api.solve(obj)
-        handle = self.api.add_handle_for(obj, empty_at(key_positions(obj)[TOP[0]]))
+        handle = obj.arap.controls[self.api.add_handle_for(obj, empty_at(key_positions(obj)[TOP[0]]))]
         self.assertEqual(list(group_of(obj, handle.vertex_group)), [TOP[0]])
 
     def test_of_what_is_selected_empties_and_bones_become_handles_and_nothing_else(self):
@@ -237,7 +238,7 @@ class HandleTest(SceneTest):
         obj = mesh_object()
         rig = armature()
         self.api.add_pin(obj, BOTTOM)
-        handle = self.api.add_handle_for(obj, rig, bone="Upper", radius=0.52)
+        handle = obj.arap.controls[self.api.add_handle_for(obj, rig, bone="Upper", radius=0.52)]
         self.assertEqual((handle.name, handle.bone), ("Upper", "Upper"))
         self.assertEqual(sorted(group_of(obj, handle.vertex_group)), MIDDLE)  # around the bone's head
         rig.location.x = 0.25
@@ -256,7 +257,7 @@ class HandleTest(SceneTest):
         rig = armature()
         self.api.add_handle_for(obj, rig, bone="Upper")
         self.api.add_handle_for(obj, rig, bone="Lower")
-        head = self.api.add_handle(obj, TOP)
+        head = obj.arap.controls[self.api.add_handle(obj, TOP)]
         child = empty_at((1.0, 1.0, 1.0))
         child.parent = head.target
         self.api.add_handle_for(obj, child)
@@ -274,7 +275,7 @@ class HandleTest(SceneTest):
 
     def test_size_and_location_of_an_empty(self):
         obj = mesh_object(matrix=PLACED)
-        point = self.api.add_handle(obj, [7], location=(1.0, 2.0, 3.0)).target
+        point = obj.arap.controls[self.api.add_handle(obj, [7], location=(1.0, 2.0, 3.0))].target
         bpy.context.view_layer.update()
         self.assert_close(point.matrix_world.translation, (1.0, 2.0, 3.0))
         self.assert_close(module("scene.handle_motion").handle_matrices(obj)[0], np.eye(4), 1e-5)
@@ -305,7 +306,7 @@ class HandleTest(SceneTest):
                 obj = posable(before.__name__)
                 target = obj.arap.handles[0].target.name
                 before(obj, obj.arap.handles[0])
-                self.api.remove_handle(obj, 0)
+                self.api.remove_control(obj, obj.arap.handles[0].name)
                 self.assertEqual((target in bpy.data.objects, "Head" in obj.vertex_groups), (is_left, is_left))
                 self.assertEqual(len(obj.arap.handles), 0)
         self.assertIn("Control", bpy.data.objects)
@@ -321,24 +322,26 @@ class HandleTest(SceneTest):
         self.api.copy_handles(twin)
         self.assertEqual(twin.arap.handles[0].target.data, empty.data)
         for mesh in (twin, obj):
-            self.api.remove_handle(mesh, 0)
+            self.api.remove_control(mesh, mesh.arap.handles[0].name)
             self.assertEqual(list(bpy.data.images.keys()), ["Photo"])
 
     def test_a_new_name_is_that_of_what_was_made_for_the_handle_too(self):
         obj = mesh_object()
-        made, chosen = self.api.add_handle(obj, TOP, name="Top"), self.api.add_handle(obj, MIDDLE, name="Waist")
+        made, chosen = (
+            obj.arap.controls[name]
+            for name in [self.api.add_handle(obj, TOP, name="Top"), self.api.add_handle(obj, MIDDLE, name="Waist")]
+        )
         mine = bpy.data.objects.new("Mine", None)
         self.scene.collection.objects.link(mine)
         chosen.target = mine
         obj.vertex_groups.new(name="Head")
         made.name = "Head"
         self.assertEqual((made.target.name, made.vertex_group), ("Head", "Head.001"))
-        made.name = ""
-        self.assertEqual((made.target.name, made.vertex_group), ("Head", "Head.001"))
         self.api.add_pin_group(obj, chosen.vertex_group)
+        chosen = obj.arap.controls["Waist"]
         chosen.name = "Belly"
         self.assertEqual((mine.name, chosen.vertex_group), ("Mine", "Waist"), "the artist's, and used elsewhere")
-        self.api.remove_pin(obj, 0)
+        self.api.remove_control(obj, obj.arap.pins[0].name)
         twin = bpy.data.objects.new("Twin", obj.data)
         chosen.name = "Belly"
         self.assertEqual(chosen.vertex_group, "Waist", "another object has the mesh")
@@ -349,7 +352,7 @@ class HandleTest(SceneTest):
 
     def test_names_of_handles_are_unique(self):
         obj = mesh_object()
-        self.assertEqual([self.api.add_handle(obj, [i], name="Paw").name for i in range(2)], ["Paw", "Paw.001"])
+        self.assertEqual([self.api.add_handle(obj, [i], name="Paw") for i in range(2)], ["Paw", "Paw.001"])
 
 
 class RefusalTest(SceneTest):
@@ -386,7 +389,9 @@ class RefusalTest(SceneTest):
         obj.select_set(True)
         for modifier.show_viewport in (True, False):  # off in viewports alone it still moves the render
             self.assertEqual(
-                module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason}", "added before"
+                module("setup.controls").control_problem(obj, obj.arap.handles[0]),
+                f"Handle 'Lower' of 'Tube': {reason}",
+                "added before",
             )
             self.assert_error(ValueError, f"Handle 'Lower' of 'Tube': {reason}", self.api.solve, obj)
             message = f"'Tube' cannot take the handle: {reason}"
@@ -395,18 +400,23 @@ class RefusalTest(SceneTest):
             self.assertEqual(len(obj.arap.handles), 1)
         bpy.ops.object.mode_set(mode="OBJECT")
         modifier.show_render = False
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), "")
         modifier.show_render = True
         rig.data.bones["Upper"].use_deform = False
         obj.arap.handles[0].bone = "Upper"  # chosen in the list
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), "")
         obj.arap.handles[0].bone = ""
         reason = f"modifier 'Skin' moves the mesh with 'Rig' {remedy}, or take a bone that does not deform"
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason}")
+        self.assertEqual(
+            module("setup.controls").control_problem(obj, obj.arap.handles[0]), f"Handle 'Lower' of 'Tube': {reason}"
+        )
         modifier.object, obj.parent, obj.parent_type = None, rig, "ARMATURE"
         obj.arap.handles[0].bone = "Lower"
         reason = "the parent (Armature Deform) moves the mesh with bone 'Lower' already; clear the parent, and keep the"
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), f"Handle 'Lower' of 'Tube': {reason} place")
+        self.assertEqual(
+            module("setup.controls").control_problem(obj, obj.arap.handles[0]),
+            f"Handle 'Lower' of 'Tube': {reason} place",
+        )
 
     def test_a_bone_of_the_skin_that_does_not_move_this_mesh_is_a_handle(self):
         """A bone without a vertex group moves nothing, and the handle's own group does not become one."""
@@ -415,7 +425,7 @@ class RefusalTest(SceneTest):
         modifier = obj.modifiers.new("Skin", "ARMATURE")
         modifier.object = rig
         self.api.add_pin(obj, BOTTOM)
-        handle = self.api.add_handle_for(obj, rig, "Upper", 2.1)
+        handle = obj.arap.controls[self.api.add_handle_for(obj, rig, "Upper", 2.1)]
         self.assertEqual((handle.name, handle.vertex_group), ("Upper", "Upper.001"))
         rig.pose.bones["Upper"].location.y = 1.0
         bpy.context.view_layer.update()
@@ -443,11 +453,11 @@ class RefusalTest(SceneTest):
 
     def test_what_went_missing_is_named(self):
         obj = posable()
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), "")
 
         def check(reason):
             message = f"Handle 'Head' of 'Tube': {reason}"
-            self.assertEqual(module("setup.handles").handle_problem(obj, 0), message)
+            self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), message)
             self.assert_error(ValueError, message, self.api.solve, obj)
 
         target = obj.arap.handles[0].target
@@ -466,7 +476,7 @@ class RefusalTest(SceneTest):
         check("it has no object; choose one or remove the handle")
         obj.arap.handles[0].is_enabled = False
         obj.vertex_groups.remove(obj.vertex_groups["Feet"])
-        message = "Pin 'Feet' of 'Tube': there is no vertex group of that name; choose one or remove the pin"
+        message = "Pin 'Feet' of 'Tube': there is no vertex group 'Feet'; choose one or remove the pin"
         self.assert_error(ValueError, message, self.api.solve, obj)
         obj.arap.pins[0].is_enabled = False
         nothing = "Nothing holds or moves 'Tube': add a pin or a handle"
@@ -496,10 +506,13 @@ class RefusalTest(SceneTest):
         self.api.solve(obj)
         layer = bpy.context.view_layer.layer_collection.children["Handles"]
         layer.hide_viewport = True
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), "")
         for switch_off in (lambda: setattr(layer, "exclude", True), lambda: setattr(collection, "hide_viewport", True)):
             switch_off()
-            self.assertIn("is disabled in viewports or excluded", module("setup.handles").handle_problem(obj, 0))
+            self.assertIn(
+                "is disabled in viewports or excluded",
+                module("setup.controls").control_problem(obj, obj.arap.handles[0]),
+            )
             layer.exclude = False
 
     def test_a_location_has_three_numbers(self):
@@ -554,18 +567,18 @@ class OwnerTest(SceneTest):
         self.assertIsNone(self.shown())
         self.api.add_handle_for(obj, control)
         self.assertEqual(self.shown(), obj)
-        self.api.remove_handle(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
         self.assertIsNone(self.shown())
-        handle = obj.arap.handles.add()
+        handle = obj.arap.controls.add()
         self.assertIsNone(self.shown())
         handle.target = control  # as the panel does
         self.assertEqual(self.shown(), obj)
         obj.name = "Pipe"
         self.assertEqual(self.shown(), obj)
-        obj.arap.handles.clear()
+        obj.arap.controls.clear()
         self.assertIsNone(self.shown())
         appended = obj.copy()
-        appended.arap.handles.add().target = control
+        appended.arap.controls.add().target = control
         self.assertIsNone(self.shown())
         self.scene.collection.objects.link(appended)
         bpy.context.view_layer.update()
@@ -588,7 +601,7 @@ class OwnerTest(SceneTest):
         obj = mesh_object()
         self.api.add_handle_for(obj, empty_at((0.0, 0.0, 4.0), "Control"))
         bpy.ops.ed.undo_push(message="handle")
-        self.api.remove_handle(obj, 0)
+        self.api.remove_control(obj, obj.arap.handles[0].name)
         bpy.context.view_layer.objects.active = bpy.data.objects["Control"]
         bpy.ops.ed.undo_push(message="no handle")
         self.assertIsNone(self.shown())
@@ -611,15 +624,15 @@ class TakeOverTest(SceneTest):
             "Handle 'Head' of 'Tube': 'Tube' was scaled to nothing when 'Other' was chosen; "
             "give the mesh a scale and choose it again"
         )
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), message)
+        self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), message)
         self.assert_error(ValueError, message, self.api.solve, obj)
         handle.target = target
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.controls").control_problem(obj, obj.arap.handles[0]), "")
         self.api.solve(obj)
 
     def test_a_disabled_handle_holds_what_is_shown_when_it_is_enabled(self):
         obj = solved()
-        handle = self.api.add_handle(obj, MIDDLE, name="Waist")
+        handle = obj.arap.controls[self.api.add_handle(obj, MIDDLE, name="Waist")]
         handle.is_enabled = False
         posed = key_positions(obj)
         handle.target = empty_at((1.0, 2.0, 3.0), "Other")

@@ -13,26 +13,27 @@ class ListTest(SceneTest):
 
     def lists(self):
         """A new mesh, its list, and the functions of the list: add vertices, add a group, remove."""
-        for kind in ("pins", "stiffness"):
-            one = kind.removesuffix("s") if kind == "pins" else kind
+        api = self.api
+        for kind, *functions in (
+            ("controls", api.add_pin, api.add_pin_group, api.remove_control),
+            ("stiffness", api.add_stiffness, api.add_stiffness_group, api.remove_stiffness),
+        ):
             obj = mesh_object(kind)
-            items = getattr(obj.arap, kind)
-            functions = (getattr(self.api, f"{act}_{one}{group}") for act, group in (("add", ""), ("add", "_group")))
             with self.subTest(kind):
-                yield obj, items, *functions, getattr(self.api, f"remove_{one}")
+                yield obj, getattr(obj.arap, kind), *functions
 
     def test_add_makes_a_group_of_weight_one_with_a_free_name(self):
         for obj, items, add, _, _ in self.lists():
             for vertices, name in (([5, 3, 3], "Feet"), ([2], "Feet.001")):
-                entry = add(obj, vertices, name="Feet")
-                self.assertEqual((entry.name, entry.is_enabled), (name, True))
+                self.assertEqual(add(obj, vertices, name="Feet"), name)
+                self.assertTrue(items[name].is_enabled)
                 self.assertEqual(group_of(obj, name), dict.fromkeys(vertices, 1.0))
             self.assertEqual(len(items), 2)
 
     def test_a_group_has_one_entry(self):
         for obj, items, add, add_group, _ in self.lists():
-            add(obj, [1], name="Feet").is_enabled = False
-            self.assertTrue(add_group(obj, "Feet").is_enabled)
+            items[add(obj, [1], name="Feet")].is_enabled = False
+            self.assertTrue(items[add_group(obj, "Feet")].is_enabled)
             self.assertEqual([entry.name for entry in items], ["Feet"])
 
     def test_remove_takes_only_the_groups_that_were_made_and_are_not_used(self):
@@ -43,12 +44,13 @@ class ListTest(SceneTest):
             add(obj, [3], name="Shared")
             self.api.add_handle_for(obj, empty_at((0.0, 0.0, 0.0)))
             obj.arap.handles[0].vertex_group = "Shared"
-            add(obj, [4], name="Other").name = "Mine"  # chosen in the panel
+            entry = items[add(obj, [4], name="Other")]
+            setattr(entry, "vertex_group" if hasattr(entry, "vertex_group") else "name", "Mine")  # in the panel
             for _ in range(len(items)):
-                remove(obj, 0)
+                remove(obj, items[0].name)
             names = {group.name for group in obj.vertex_groups}
             self.assertTrue({"Mine", "Shared", "Other"} <= names and "Made" not in names)
-            self.assertEqual(obj.arap.active_stiffness_index + obj.arap.active_pin_index, 0)
+            self.assertEqual(obj.arap.active_stiffness_index + obj.arap.chosen_control_index, 0)
             bpy.data.objects.remove(bpy.data.objects["Empty"])
 
     def test_a_group_stays_if_any_field_of_a_modifier_uses_it(self):
@@ -79,12 +81,12 @@ class ListTest(SceneTest):
             self.api.add_pin(obj, [2], name="Lone")
             use(obj, "Used")
             for _ in range(2):
-                self.api.remove_pin(obj, 0)
+                self.api.remove_control(obj, obj.arap.pins[0].name)
             self.assertEqual([group.name for group in obj.vertex_groups], ["Used"])
 
     def test_disabled_pins_and_handles_do_nothing(self):
         obj = posable()
-        self.api.add_pin(obj, MIDDLE, name="Waist").is_enabled = False
+        obj.arap.controls[self.api.add_pin(obj, MIDDLE, name="Waist")].is_enabled = False
         bend(obj)
         self.api.solve(obj)
         self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj)).max(axis=1)[MIDDLE].min(), 0.05)
@@ -111,9 +113,10 @@ class RefusalTest(SceneTest):
 
     def test_entries_and_groups_are_checked(self):
         obj = posable()
-        self.assert_error(ValueError, "'Tube' has no pin 1: it has 1", self.api.remove_pin, obj, 1)
-        self.assert_error(ValueError, "'Tube' has no handle 4: it has 1", self.api.remove_handle, obj, 4)
-        self.assert_error(ValueError, "'Tube' has no stiffness 0: it has 0", self.api.remove_stiffness, obj, 0)
+        message = "'Tube' has no pin, handle or bone 'Tail': it has 'Feet', 'Head'"
+        self.assert_error(ValueError, message, self.api.remove_control, obj, "Tail")
+        message = "'Tube' has no stiffness of a vertex group 'Tail'"
+        self.assert_error(ValueError, message, self.api.remove_stiffness, obj, "Tail")
         message = "'Tube' has no vertex group 'Tail': choose one of its groups"
         for function, arguments in (
             (self.api.add_pin_group, ("Tail",)),

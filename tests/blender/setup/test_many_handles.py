@@ -95,7 +95,7 @@ class ManyHandlesTest(SceneTest):
                 obj, other = mesh_object(), empty_at((0.0, 0.0, 0.0))
                 self.api.add_handle(obj, [0], is_exact=True)
                 act(obj, other)
-                handle = self.api.add_handle(obj, [0], is_exact=True)
+                handle = obj.arap.controls[self.api.add_handle(obj, [0], is_exact=True)]
                 bpy.context.view_layer.update()
                 place = Matrix(obj.matrix_world) @ obj.data.vertices[0].co
                 self.assertAlmostEqual(obj.matrix_world.translation.z, 5.0)

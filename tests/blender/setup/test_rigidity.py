@@ -97,7 +97,7 @@ class PointHandleTest(SceneTest):
         for matrix in (Matrix(), PLACED):
             with self.subTest(matrix):
                 obj = sheet(matrix)
-                handle = self.api.add_handle(obj, [CENTRE + 1], name="Point")
+                handle = obj.arap.controls[self.api.add_handle(obj, [CENTRE + 1], name="Point")]
                 bpy.context.view_layer.update()
                 module("engine.update").prepare_session(obj)
                 patch = patch_of(obj)
@@ -111,14 +111,14 @@ class PointHandleTest(SceneTest):
         place = in_world(obj, rest_positions(obj)[[SIDE + 1]])[0]
         for energy, is_exact in (("rotation_nodes", True), ("spokes", False)):
             obj.arap.energy = energy
-            handle = self.api.add_handle(obj, [SIDE + 1], is_exact=is_exact)
+            handle = obj.arap.controls[self.api.add_handle(obj, [SIDE + 1], is_exact=is_exact)]
             bpy.context.view_layer.update()
             self.assert_close(handle.target.matrix_world.translation, place)
 
     def test_a_patch_beside_the_pinned_rim_ends_there_and_the_empty_knows(self):
         obj = sheet()
         vertex = SIDE * (SIDE // 2) + 2
-        handle = self.api.add_handle(obj, [vertex], name="Point")
+        handle = obj.arap.controls[self.api.add_handle(obj, [vertex], name="Point")]
         bpy.context.view_layer.update()
         module("engine.update").prepare_session(obj)
         patch = patch_of(obj)
@@ -130,11 +130,11 @@ class PointHandleTest(SceneTest):
         for matrix in (Matrix(), PLACED):
             with self.subTest(matrix):
                 obj = sheet(matrix)
-                first = self.api.add_handle(obj, [CENTRE - 8], name="First")
+                first = obj.arap.controls[self.api.add_handle(obj, [CENTRE - 8], name="First")]
                 move(first.target, (0.1, 0.1, 0.3))
                 self.api.solve(obj)
                 posed = key_positions(obj)
-                handle = self.api.add_handle(obj, [CENTRE + 5], name="Second")
+                handle = obj.arap.controls[self.api.add_handle(obj, [CENTRE + 5], name="Second")]
                 bpy.context.view_layer.update()
                 self.api.solve(obj)
                 shown = in_world(obj, average(patch_of(obj, 2), posed)[None])[0]
@@ -154,7 +154,7 @@ class PointHandleTest(SceneTest):
             for matrix in (Matrix(), PLACED):
                 with self.subTest(what, matrix=matrix):
                     obj = sheet(matrix)
-                    first = self.api.add_handle(obj, [CENTRE], name="First")
+                    first = obj.arap.controls[self.api.add_handle(obj, [CENTRE], name="First")]
                     move(first.target, (0.1, 0.1, 0.3))
                     self.api.solve(obj)
                     posed = key_positions(obj)
@@ -172,7 +172,7 @@ class PointHandleTest(SceneTest):
         """From a file of the classics: nothing moves while it is at rest, and the average takes the motion it has."""
         obj = sheet()
         obj.arap.energy = "spokes_and_rims"
-        handle = self.api.add_handle(obj, [CENTRE + 3], name="Point")
+        handle = obj.arap.controls[self.api.add_handle(obj, [CENTRE + 3], name="Point")]
         rest_matrix = handle.rest.copy()
         bpy.context.view_layer.update()
         obj.arap.energy = "rotation_nodes"
@@ -187,7 +187,7 @@ class PointHandleTest(SceneTest):
 
     def test_exact_is_noticed_at_once(self):
         obj = sheet()
-        handle = self.api.add_handle(obj, [CENTRE], name="Point")
+        handle = obj.arap.controls[self.api.add_handle(obj, [CENTRE], name="Point")]
         module("engine.update").prepare_session(obj)
         handle.is_exact = True
         self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")

@@ -30,7 +30,7 @@ class StiffnessTest(SceneTest):
     def test_pieces_of_a_rigid_group_are_bodies_of_their_own(self):
         obj = solved()
         both = [*BELLY, *CHEST]
-        entry = self.api.add_rigid(obj, both, name="Armor")
+        entry = obj.arap.stiffness[self.api.add_rigid(obj, both, name="Armor")]
         self.api.solve(obj)
         for part in (BELLY, CHEST):
             self.assertLess(out_of_shape(obj, part), 1e-5)
@@ -63,7 +63,7 @@ class StiffnessTest(SceneTest):
 
     def test_an_entry_without_a_group_is_refused_unless_disabled(self):
         obj = posable()
-        self.api.add_stiffness(obj, BELLY, name="Belly").name = "Tail"
+        obj.arap.stiffness[self.api.add_stiffness(obj, BELLY, name="Belly")].name = "Tail"
         message = (
             "Stiffness 'Tail' of 'Tube': there is no vertex group of that name; choose one or remove it from the list"
         )

@@ -11,6 +11,10 @@ from support import SceneTest, bpy, module, uid
 from tubes import BOTTOM, MIDDLE, TOP, bend, mesh_object, posable, solved
 
 
+def problem_of_head(obj):
+    return module("setup.controls").control_problem(obj, obj.arap.handles[0], with_weights=True)
+
+
 class WeightTest(SceneTest):
     def test_a_group_without_weights_is_told_before_it_is_solved(self):
         obj = posable()
@@ -21,7 +25,7 @@ class WeightTest(SceneTest):
 
         def problem():
             bpy.context.view_layer.update()
-            return module("setup.handles").handle_problem(obj, 0, with_weights=True)
+            return problem_of_head(obj)
 
         self.assertEqual(problem(), "")
         obj.arap.handles[0].vertex_group = "Empty"
@@ -36,21 +40,21 @@ class WeightTest(SceneTest):
             self.assertEqual(problem(), wanted)
         obj.vertex_groups["Empty"].name = obj.arap.handles[0].vertex_group = "Renamed"
         self.assertEqual(problem(), message.replace("Empty", "Renamed"))
-        obj.arap.pins[0].name = "Renamed"
-        obj.arap.handles.clear()
+        obj.arap.pins[0].vertex_group = "Renamed"
+        self.api.remove_control(obj, "Head")
         message = "No vertex is pinned or has a handle: add a pin or a handle, or give its group weight"
         self.assert_error(ValueError, message, self.api.solve, obj)
 
     def test_an_undo_brings_the_weights_back_for_the_panel_too(self):
         obj = posable()
-        self.assertEqual(module("setup.handles").handle_problem(obj, 0, with_weights=True), "")
+        self.assertEqual(problem_of_head(obj), "")
         bpy.ops.ed.undo_push(message="weights")
         obj.vertex_groups["Head"].remove(TOP)
         bpy.context.view_layer.update()
-        self.assertIn("has no weights", module("setup.handles").handle_problem(obj, 0, with_weights=True))
+        self.assertIn("has no weights", problem_of_head(obj))
         bpy.ops.ed.undo_push(message="none")
         bpy.ops.ed.undo()
-        self.assertEqual(module("setup.handles").handle_problem(bpy.data.objects["Tube"], 0, with_weights=True), "")
+        self.assertEqual(problem_of_head(bpy.data.objects["Tube"]), "")
 
     def test_follow_takes_weights_without_a_bind_in_weight_paint_too(self):
         sessions = module("core.sessions")
@@ -171,11 +175,11 @@ class GroupButtonTest(SceneTest):
         self.api.add_stiffness(self.obj, MIDDLE)
         self.api.add_pin(self.obj, MIDDLE, name="Waist")
         for kind, index, name in (
-            ("pin", 0, "Feet"),
-            ("pin", 1, "Waist"),
-            ("handle", 0, "Head"),
+            ("control", 0, "Feet"),
+            ("control", 2, "Waist"),
+            ("control", 1, "Head"),
             ("stiffness", 0, "Stiff"),
-            ("pin", 7, "Stiff"),  # no entry
+            ("control", 7, "Stiff"),  # no entry
         ):
             setattr(self.obj.arap, f"active_{kind}_index", index)
             self.assertEqual(self.obj.vertex_groups.active.name, name)
@@ -247,7 +251,7 @@ class GroupButtonTest(SceneTest):
         def n_faded():
             return len(np.flatnonzero(module("scene.meshes").read_weights(self.obj, ["Head"])["Head"]))
 
-        self.obj.arap.active_handle_index = 0
+        self.obj.arap.chosen_control_index = self.obj.arap.controls.find("Head")
         self.assertEqual(bpy.ops.arap.group_soften(), {"FINISHED"})
         self.assertEqual(n_faded(), len(TOP))  # the rings are further apart
         bpy.ops.object.mode_set(mode="EDIT")

@@ -80,8 +80,7 @@ class OverlayTest(SceneTest):
         obj = posable()
         obj.arap.overlay.show_strain = True
         self.assertTrue(shows(obj))
-        obj.arap.pins.clear()
-        obj.arap.handles.clear()
+        obj.arap.controls.clear()
         self.assertFalse(shows(obj))
         module("scene.pose_key").ensure(obj)
         self.assertTrue(shows(obj))

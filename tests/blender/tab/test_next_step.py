@@ -52,7 +52,7 @@ class NextStepTest(SceneTest):
         self.assert_step("Click a handle in the list. Now G would move the whole object.")
         obj.select_set(False)
         self.assert_step("Click a handle in the list, then press G.")
-        obj.arap.shown_row = 0
+        obj.arap.active_control_index = 0
         self.assert_step("Move, turn or scale the handle: G, R, S.", "REC")
         obj.arap.use_follow = False
         self.assert_step("Tick Follow, then move a handle: the mesh follows.")

@@ -43,7 +43,7 @@ class TogetherTest(SceneTest):
         """Poses it with a pin and a handle at its ends."""
         z = world_rest(stand_in)[:, 2]
         self.api.add_pin(stand_in, np.flatnonzero(z < -1.2), name="Foot")
-        handle = self.api.add_handle(stand_in, np.flatnonzero(z > 5.2), name="Head")
+        handle = stand_in.arap.controls[self.api.add_handle(stand_in, np.flatnonzero(z > 5.2), name="Head")]
         move(handle.target, (1.5, 0.5, -0.8), (0.3, 1.0, 0.0))
         self.api.solve(stand_in)
 
@@ -199,7 +199,7 @@ class TogetherTest(SceneTest):
         made = pieces()
         for obj in made[:2]:
             self.api.add_pin(obj, range(8), name="Low")
-            move(self.api.add_handle(obj, range(128, 136), name="High").target, (0.5, 0.0, 0.0))
+            move(obj.arap.controls[self.api.add_handle(obj, range(128, 136), name="High")].target, (0.5, 0.0, 0.0))
             self.api.solve(obj)
         self.api.reset_pose(made[0])
         shown = [world_shown(obj) for obj in made]
@@ -259,7 +259,10 @@ class FollowersTest(SceneTest):
         )
         z = world_rest(stand_in)[:, 2]
         self.api.add_pin(stand_in, np.flatnonzero(z < -1.2), name="Foot")
-        move(self.api.add_handle(stand_in, np.flatnonzero(z > 5.2), name="Head").target, (1.5, 0.5, -0.8))
+        move(
+            stand_in.arap.controls[self.api.add_handle(stand_in, np.flatnonzero(z > 5.2), name="Head")].target,
+            (1.5, 0.5, -0.8),
+        )
         self.api.solve(stand_in)
         # All three are tubes around the same middle at rest.
         middles = [world_shown(obj).mean(axis=0) for obj in (made[1], coat, button)]

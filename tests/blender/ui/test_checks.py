@@ -29,7 +29,7 @@ class ManyHandlesTest(SceneTest):
         self.assertFalse(remembered.is_moved_by(obj, head), "no second look")
         obj.arap.handles[0].target = other
         self.assertEqual([remembered.is_moved_by(obj, each) for each in (head, other)], [False, True])
-        module("api").remove_handle(obj, 0)
+        module("api").remove_control(obj, obj.arap.handles[0].name)
         self.assertFalse(remembered.is_moved_by(obj, other))
 
 
@@ -81,9 +81,8 @@ class ReasonTest(ClaimTest):
             ("bake_pose", "There is no pose yet: pull the mesh or move a handle first"),
             ("pin_add", "Select vertices in Edit Mode (Tab) to pin them"),
             ("handle_add", "Select vertices in Edit Mode (Tab) to give them a handle"),
-            ("handle_remove", "Add a handle first: nothing moves the mesh yet"),
+            ("control_remove", "Add a pin or a handle first: nothing holds or moves the mesh yet"),
             ("reset_handles", "Add a handle first: nothing moves the mesh yet"),
-            ("pin_remove", "Add a pin first: nothing is pinned yet"),
             ("stiffness_remove", "Add stiffness first: the list is empty"),
             ("select_unheld", "Add a pin or a handle first: nothing holds the mesh yet"),
         ):
@@ -93,7 +92,7 @@ class ReasonTest(ClaimTest):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
         self.claim(obj.name, FakeAct("it is solved"))
-        followed = ("handle_remove", "pin_add", "pin_remove", "stiffness_add", "reset_handles", "poses_store")
+        followed = ("control_remove", "pin_add", "stiffness_add", "reset_handles", "poses_store")
         for name in ("solve", "bake_animation", "edit_mesh", "select_unheld", *followed):
             self.assertIn("Wait for the mesh: it is solved", self.reason(name))
         self.doCleanups()

@@ -17,7 +17,7 @@ import bpy
 from .. import meshes
 
 if TYPE_CHECKING:
-    from ...props.handles import ArapHandle, ArapPin
+    from ...props.controls import ArapControl
 
 PLACE, BONE, POSE, SHAPE, VALUE = "place", "bone", "pose", "shape", "value"
 
@@ -36,16 +36,16 @@ class Part(NamedTuple):
     name: str = ""
 
 
-def place_of(entry: ArapHandle) -> Part:
+def place_of(handle: ArapControl) -> Part:
     """What the motion of a handle with an object is read from."""
-    return _place_of(entry.target, entry.bone)
+    return _place_of(handle.target, handle.bone)
 
 
-def movers(obj: bpy.types.Object, entries: Iterable[ArapPin | ArapHandle]) -> list[bpy.types.Object]:
+def movers(obj: bpy.types.Object, controls: Iterable[ArapControl]) -> list[bpy.types.Object]:
     """The objects that move handles, each with all its bones and its shape. The mesh itself is left out."""
     found: dict[bpy.types.Object, None] = {}  # a set in the order of finding
     chain = Chain()
-    todo = [target for entry in entries if (target := getattr(entry, "target", None)) is not None]
+    todo = [control.target for control in controls if control.target is not None]
     while todo:
         item = todo.pop()
         if item != obj and item not in found:

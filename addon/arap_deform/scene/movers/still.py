@@ -13,7 +13,7 @@ from ...core import naming
 from .chain import BONE, PLACE, POSE, SHAPE, Chain, Part, place_of
 
 if TYPE_CHECKING:
-    from ...props.handles import ArapHandle
+    from ...props.controls import ArapControl
 
 
 def check(obj: bpy.types.Object) -> None:
@@ -30,12 +30,12 @@ def problems(obj: bpy.types.Object) -> list[str]:
     """
     chain = Chain()
     parts = [(f"'{obj.name}'", Part(obj, PLACE))]
-    parts += [(f"Handle '{handle.name}' of '{obj.name}'", place_of(handle)) for handle in handles_of(obj)]
+    parts += [(f"{handle.label} of '{obj.name}'", place_of(handle)) for handle in handles_of(obj)]
     found = ((whose, _why_still(part, chain)) for whose, part in parts)
     return [f"{whose} does not move as it should: {reason}" for whose, reason in found if reason]
 
 
-def handles_of(obj: bpy.types.Object) -> list[ArapHandle]:
+def handles_of(obj: bpy.types.Object) -> list[ArapControl]:
     """The enabled handles that have an object."""
     return [handle for handle in obj.arap.handles if handle.is_enabled and handle.target is not None]
 

@@ -2,17 +2,18 @@
 """The one list of handles and pins, and the view; names of new entries."""
 
 import numpy as np
-from support import SceneTest, bpy, linked_back, module, opened_again
+from support import SceneTest, bpy, module
 from tubes import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, armature, mesh_object, posable, select_in_edit_mode
 
 
-class RowsTest(SceneTest):
+class ListTest(SceneTest):
     """The one list of handles and pins."""
 
     def setUp(self) -> None:
         super().setUp()
         self.obj = posable()
         self.api.add_handle(self.obj, MIDDLE, name="Waist")
+        self.pin, self.first, self.second = (self.obj.arap.controls.find(name) for name in ("Feet", "Head", "Waist"))
         self.head, self.waist = (handle.target for handle in self.obj.arap.handles)
         self.take(self.obj)
 
@@ -26,36 +27,31 @@ class RowsTest(SceneTest):
 
     def test_a_click_selects_in_the_view(self):
         settings = self.obj.arap
-        self.assertEqual(len(settings.rows), 3)
-        for row, target in ((0, self.head), (1, self.waist)):
-            settings.shown_row = row
-            self.assertEqual((self.in_hand(), settings.shown_row), ((target, [target]), row))
-        settings.shown_row = 2
-        self.assertEqual((self.in_hand(), settings.shown_row), ((self.obj, []), 2))
+        for index, target in ((self.first, self.head), (self.second, self.waist)):
+            settings.active_control_index = index
+            self.assertEqual((self.in_hand(), settings.active_control_index), ((target, [target]), index))
+        settings.active_control_index = self.pin
+        self.assertEqual((self.in_hand(), settings.active_control_index), ((self.obj, []), self.pin))
         self.assertEqual(self.obj.vertex_groups.active.name, "Feet")
 
     def test_what_is_selected_in_the_view_is_the_row(self):
-        for target, row in ((self.waist, 1), (self.head, 0), (self.obj, 0)):
+        for target, index in ((self.waist, self.second), (self.head, self.first), (self.obj, self.first)):
             self.take(target)
-            self.assertEqual(self.obj.arap.shown_row, row)
-            self.obj.arap.active_handle_index = row
+            self.assertEqual(self.obj.arap.active_control_index, index)
+            self.obj.arap.chosen_control_index = index
 
     def test_a_removed_entry_is_the_chosen_one_and_leaves_a_mesh_to_go_on_with(self):
         self.take(self.waist)
-        self.obj.arap.active_handle_index = 0
-        bpy.ops.arap.handle_remove()
-        self.assertEqual([handle.name for handle in self.obj.arap.handles], ["Head"])
-        self.assertEqual((bpy.context.object, len(self.obj.arap.rows)), (self.obj, 2))
+        self.obj.arap.chosen_control_index = self.first
+        bpy.ops.arap.control_remove()
+        self.assertEqual([control.name for control in self.obj.arap.controls], ["Feet", "Head"])
+        self.assertEqual(bpy.context.object, self.obj)
 
     def test_a_row_of_nothing_is_passed_over(self):
-        rows = module("setup.rows")
-        self.obj.arap.rows.add()
-        self.assertIsNone(rows.entry_at(self.obj, 3))
-        self.obj.arap.shown_row = 3
-
-    def test_a_file_with_another_number_of_rows_is_put_right(self):
-        self.obj.arap.rows.clear()
-        self.assertEqual(len(opened_again().arap.rows), 3)
+        self.obj.arap.active_control_index = 3
+        self.assertIsNone(module("setup.chosen").chosen(self.obj))
+        with self.assertRaisesRegex(RuntimeError, "Choose the pin, handle or bone to remove in the list"):
+            bpy.ops.arap.control_remove()
 
     def test_in_pose_mode_a_click_selects_the_bone(self):
         rig = armature()
@@ -63,50 +59,36 @@ class RowsTest(SceneTest):
             self.api.add_handle_for(self.obj, rig, bone)
         self.take(rig)
         bpy.ops.object.mode_set(mode="POSE")
-        for row, bone in ((3, "Upper"), (2, "Lower")):
-            self.obj.arap.shown_row = row
-            self.assertEqual((self.obj.arap.shown_row, rig.data.bones.active.name), (row, bone))
+        for index, bone in ((4, "Upper"), (3, "Lower")):
+            self.obj.arap.active_control_index = index
+            self.assertEqual((self.obj.arap.active_control_index, rig.data.bones.active.name), (index, bone))
             self.assertEqual([item.name for item in bpy.context.selected_pose_bones], [bone])
-        for row in (4, 0):  # a pin, and a handle of another object: the mode stays
-            self.obj.arap.shown_row = row
-            self.assertEqual((self.obj.arap.shown_row, bpy.context.object, rig.mode), (row, rig, "POSE"))
+        for index in (self.pin, self.first):  # the mode stays
+            self.obj.arap.active_control_index = index
+            self.assertEqual((self.obj.arap.active_control_index, bpy.context.object, rig.mode), (index, rig, "POSE"))
         rig.data.bones.active = rig.data.bones["Upper"]
-        self.assertEqual(self.obj.arap.shown_row, 3, "what is selected in the view")
+        self.assertEqual(self.obj.arap.active_control_index, 4, "what is selected in the view")
 
     def test_of_two_handles_of_one_object_the_clicked_one_is_chosen(self):
-        self.obj.arap.handles[1].target = self.head
-        for row in (1, 0, 1):
-            self.obj.arap.shown_row = row
-            self.assertEqual((self.obj.arap.shown_row, bpy.context.object), (row, self.head))
-
-    def test_rows_that_a_script_has_not_counted_are_counted_after_a_redraw(self):
-        self.obj.arap.pins.add().name = "Feet"
-        count = module("setup.rows").count_all
-        module("setup.rows").count_soon(self.obj)
-        self.assertTrue(bpy.app.timers.is_registered(count))
-        bpy.app.timers.unregister(count)
-        count()
-        self.assertEqual(len(self.obj.arap.rows), 4)
-        module("setup.rows").count_soon(self.obj)
-        self.assertFalse(bpy.app.timers.is_registered(count))
-
-    def test_an_override_without_rows_leaves_the_others_of_its_file_alone(self):
-        """Blender lets nobody change the number of its rows."""
-        self.obj.arap.rows.clear()
-        tube, *heads = linked_back(self.obj, "Tube", "Head", "Waist")
-        override = tube.override_create()
-        for item in (override, *heads):
-            bpy.context.scene.collection.objects.link(item)
-        self.assertIsNotNone(override.override_library)
-        local = posable("Zebra")
-        local.arap.rows.clear()
-        module("setup.rows").count_all()
-        self.assertEqual((len(override.arap.rows), len(local.arap.rows)), (0, 2))
+        self.obj.arap.controls["Waist"].target = self.head
+        for index in (self.second, self.first, self.second):
+            self.obj.arap.active_control_index = index
+            self.assertEqual((self.obj.arap.active_control_index, bpy.context.object), (index, self.head))
 
     def test_in_edit_mode_a_click_leaves_the_view_alone(self):
         bpy.ops.object.mode_set(mode="EDIT")
-        self.obj.arap.shown_row = 1
-        self.assertEqual((bpy.context.object, self.obj.arap.shown_row, self.obj.mode), (self.obj, 1, "EDIT"))
+        self.obj.arap.active_control_index = self.second
+        self.assertEqual((bpy.context.object, self.obj.arap.active_control_index), (self.obj, self.second))
+        self.assertEqual(self.obj.mode, "EDIT")
+
+    def test_names_are_unique_and_a_renamed_pin_renames_its_group(self):
+        controls = self.obj.arap.controls
+        controls["Feet"].name = "Head"
+        self.assertEqual([control.name for control in controls], ["Head.001", "Head", "Waist"])
+        self.assertEqual(controls["Head.001"].vertex_group, "Head.001")
+        controls["Head.001"].name = ""
+        self.assertEqual([control.name for control in controls], ["Pin", "Head", "Waist"])
+        self.assertIn("Pin", self.obj.vertex_groups)
 
 
 class NamesTest(SceneTest):

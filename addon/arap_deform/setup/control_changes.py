@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a change of a handle by the artist brings along: the mesh must not jump, and what was made has its name."""
+"""Called when the artist changes the object, bone, group or name of a control.
+
+The control is rebased so that the mesh does not jump, and its empty and vertex group take its name.
+"""
 
 from __future__ import annotations
 
@@ -19,48 +22,47 @@ from ..scene.held import HeldMesh, fit
 from ..scene.inputs import has_group
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
-    from ..scene.held import Entry
+    from ..props.controls import ArapControl
 
 _is_making = False
 
 
 @contextmanager
 def making() -> Iterator[None]:
-    """While a function fills in a handle: its steps are not choices of the artist."""
+    """While a function fills in a control: its steps are not choices of the artist."""
     global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
-    _is_making = True
+    former, _is_making = _is_making, True
     try:
         yield
     finally:
-        _is_making = False
+        _is_making = former
 
 
-def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
+def take_over(obj: bpy.types.Object, *controls: ArapControl) -> None:
     """Lets pins and handles hold the pose shown now, wherever the objects of handles are: the mesh must not jump.
 
     But bones without a vertex group: the mesh at rest has their armature at rest.
 
-    Called after a change of a handle's target, bone or group. Passes over entries of which one of these is missing.
+    Called after a change of an object, bone or group. Passes over controls of which one of these is missing.
     """
     if obj.type != "MESH":
         return
     depsgraph = staying.evaluated_within(obj)
     use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
-    whole = [entry for entry in entries if not _lack_of(obj, entry, depsgraph)]
-    _set_rests(obj, [entry for entry in whole if hasattr(entry, "target")], depsgraph, use_nodes)
+    whole = [control for control in controls if not _lack_of(obj, control, depsgraph)]
+    _set_rests(obj, [control for control in whole if not control.is_pin], depsgraph, use_nodes)
     staying.stay(obj, depsgraph, *whole, use_nodes=use_nodes)
 
 
-def _lack_of(obj: bpy.types.Object, entry: Entry, depsgraph: bpy.types.Depsgraph) -> bool:
+def _lack_of(obj: bpy.types.Object, control: ArapControl, depsgraph: bpy.types.Depsgraph) -> bool:
     """Whether its group or its object is missing."""
-    if hasattr(entry, "target") and handle_motion.target_problem(obj, entry.target, entry.bone, depsgraph):
+    if not control.is_pin and handle_motion.target_problem(obj, control.target, control.bone, depsgraph):
         return True
-    return not has_group(obj, entry)
+    return not has_group(obj, control)
 
 
 def _set_rests(
-    obj: bpy.types.Object, handles: Sequence[ArapHandle], depsgraph: bpy.types.Depsgraph, use_nodes: bool | None
+    obj: bpy.types.Object, handles: Sequence[ArapControl], depsgraph: bpy.types.Depsgraph, use_nodes: bool | None
 ) -> None:
     """Sets the rest matrices of handles so that the places of their objects now give the pose shown now."""
     if not handles:
@@ -73,31 +75,35 @@ def _set_rests(
             if len(spec.vertices):
                 motions[i] = fit(held, spec, handle).motion
     for handle, motion in zip(handles, motions, strict=True):
-        if handle.is_bone_alone:
+        if handle.kind == "bone":
             matrix = handle_motion.bone_rest_matrix(handle.target, handle.bone, depsgraph)
         else:
             matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
         handle.rest = Matrix(inverted(motion) @ inverse @ matrix)
 
 
-def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
+def _on_changed(obj: bpy.types.Object, control: ArapControl) -> None:
     if _is_making:
         return
     try:
-        take_over(obj, handle)
+        take_over(obj, control)
     except ValueError:
-        handle.rest_matrix = (0.0,) * 16  # the rest place is unknown, which handle_problem() reports
+        control.rest_matrix = (0.0,) * 16  # the rest place is unknown, which control_problem() reports
 
 
-def _on_renamed(obj: bpy.types.Object, handle: ArapHandle) -> None:
-    """Gives the empty and the vertex group that were made for a handle its new name."""
-    name = naming.cut(handle.name)
-    if name and handle.has_made_group:
-        with making():
-            handle.vertex_group = groups.rename(obj, handle.vertex_group, name)
-            handle.has_made_group = True  # last: setting the group clears it
-    if name and handle.has_made_target and handle.target and not handle_motion.other_owner(obj, handle):
-        handle.target.name = name
+def _on_renamed(obj: bpy.types.Object, control: ArapControl) -> None:
+    """Keeps names unique, and gives the empty and the vertex group that were made for a control its new name."""
+    if _is_making:
+        return
+    others = {other.name for other in obj.arap.controls if other != control}
+    name = naming.unique(naming.cut(control.name) or control.kind.capitalize(), others)
+    with making():
+        control.name = name
+        if control.has_made_group:
+            control.vertex_group = groups.rename(obj, control.vertex_group, name)
+            control.has_made_group = True  # last: setting the group clears it
+    if control.has_made_target and control.target and not handle_motion.other_owner(obj, control):
+        control.target.name = name
 
 
-CALLBACKS = ((hooks.handle_changed, _on_changed), (hooks.handle_renamed, _on_renamed))
+CALLBACKS = ((hooks.control_changed, _on_changed), (hooks.control_renamed, _on_renamed))

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""A pin, a handle and an entry of the list Stiffness, as saved."""
+"""An entry of the list of pins, handles and bones, and one of the list Stiffness, as saved."""
 
 import secrets
 
 import bpy
 from bpy.props import (
     BoolProperty,
+    EnumProperty,
     FloatProperty,
     FloatVectorProperty,
     IntProperty,
@@ -19,61 +20,55 @@ from ..core.transforms import IDENTITY
 from . import hooks
 from .base_shape import BaseShape
 
-
-def _may_be_target(handle: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
-    return bool(candidate != handle.id_data)
-
-
-def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    for changed in hooks.handle_changed:
-        changed(handle.id_data, handle)
+KINDS = (
+    ("pin", "Pin", "A vertex group that stays where it was when it was added"),
+    ("handle", "Handle", "A vertex group that follows an object, or a bone of an armature"),
+    ("bone", "Bone", "A bone that moves what it passes through inside the mesh, without a vertex group"),
+)
 
 
-def _on_handle_renamed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    for renamed in hooks.handle_renamed:
-        renamed(handle.id_data, handle)
+def _may_be_target(control: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
+    return bool(candidate != control.id_data)
 
 
-def _on_target_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    handle.has_made_target = False  # the new one is the artist's
-    _on_handle_changed(handle, context)
+def _on_changed(control: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for changed in hooks.control_changed:
+        changed(control.id_data, control)
 
 
-def _on_group_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    handle.has_made_group = False  # as above
-    _on_handle_changed(handle, context)
+def _on_renamed(control: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for renamed in hooks.control_renamed:
+        renamed(control.id_data, control)
+
+
+def _on_target_changed(control: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    control.has_made_target = False  # the new one is the artist's
+    _on_changed(control, context)
+
+
+def _on_group_changed(control: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    control.has_made_group = False  # as above
+    _on_changed(control, context)
 
 
 def _on_own_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     entry.has_made_group = False  # as above
 
 
-class ArapPin(BaseShape, bpy.types.PropertyGroup):
-    """A vertex group that stays where it was when it was added."""
+class ArapControl(BaseShape, bpy.types.PropertyGroup):
+    """A pin, a handle or a bone: what holds or moves a part of the mesh."""
 
-    name: StringProperty(
-        name="Vertex Group",
-        description="Vertices that stay where they were when added. Weight 1 holds exactly, less pulls, 0 is free",
-        update=_on_own_group_changed,
-    )
-    is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
-    has_made_group: BoolProperty(
-        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the pin"
-    )
-
-
-class ArapHandle(BaseShape, bpy.types.PropertyGroup):
-    """A vertex group that follows an object or a bone; or, without a group, what its bone passes through."""
-
+    kind: EnumProperty(name="Kind", description="What it does with the mesh", items=KINDS, default="handle")
     name: StringProperty(
         name="Name",
-        description="Name of the handle, and of the empty and the vertex group that were made for it",
-        update=_on_handle_renamed,
+        description="Its name, and that of the empty and the vertex group that were made for it",
+        update=_on_renamed,
     )
-    is_enabled: BoolProperty(
-        name="Enabled",
-        description="The group follows. Off: its vertices are free",
-        default=True,
+    is_enabled: BoolProperty(name="Enabled", description="Off: what it holds or moves is free", default=True)
+    vertex_group: StringProperty(
+        name="Vertex Group",
+        description="Vertices that stay, or follow. Weight 1 holds exactly, less pulls, 0 is free",
+        update=_on_group_changed,
     )
     target: PointerProperty(
         type=bpy.types.Object,
@@ -82,17 +77,7 @@ class ArapHandle(BaseShape, bpy.types.PropertyGroup):
         poll=_may_be_target,
         update=_on_target_changed,
     )
-    bone: StringProperty(
-        name="Bone", description="Bone of the armature that moves the group", update=_on_handle_changed
-    )
-    vertex_group: StringProperty(
-        name="Vertex Group",
-        description=(
-            "Vertices that follow. Weight 1 follows exactly, less pulls, 0 is free. "
-            "Empty, with a bone and Model: Solid: what the bone passes through follows"
-        ),
-        update=_on_group_changed,
-    )
+    bone: StringProperty(name="Bone", description="Bone of the armature that moves the group", update=_on_changed)
     is_exact: BoolProperty(
         name="Exact",
         description=(
@@ -108,7 +93,7 @@ class ArapHandle(BaseShape, bpy.types.PropertyGroup):
         options={"HIDDEN"},
     )
     has_made_group: BoolProperty(
-        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the handle"
+        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the entry"
     )
     has_made_target: BoolProperty(
         options={"HIDDEN"}, description="The add-on made the empty, and removes it with the handle"
@@ -132,14 +117,19 @@ class ArapHandle(BaseShape, bpy.types.PropertyGroup):
             self.pose_id = 1 + secrets.randbelow(2**31 - 2)
         return int(self.pose_id)
 
+    @property
+    def is_pin(self) -> bool:
+        """Whether it stays where it is; else an object or a bone moves it."""
+        return bool(self.kind == "pin")
+
+    @property
+    def label(self) -> str:
+        """Its kind and its name, for messages."""
+        return f"{self.kind.capitalize() or 'Handle'} '{self.name}'"
+
     def forget_base(self) -> None:
         super().forget_base()
         self.reach = 0.0
-
-    @property
-    def is_bone_alone(self) -> bool:
-        """Whether it moves what its bone passes through."""
-        return bool(self.bone) and not self.vertex_group
 
     @property
     def rest(self) -> Matrix:
