@@ -10,7 +10,7 @@ from types import ModuleType
 
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
-    "props": ("pull", "preferences", "controls", "poses", "carry", "object"),
+    "props": ("pull", "preferences", "controls", "poses", "attach", "object"),
     "scene": ("remembered", "redraw"),
     "engine": ("applied",),
     "ui": ("panels", "edit_mode", "waiting", "esc"),
@@ -27,9 +27,7 @@ MODULES = {
     "follow": ("runs",),
     "show": ("overlay", "panel"),
     "pose": ("undo", "operators"),
-    "cages": ("operators",),
-    "carry": ("run", "operators", "panel"),
-    "together": ("operators",),
+    "attach": ("sync_handlers", "operators", "stand_in_operators", "cage_operators", "panel"),
     "pull": ("tool", "operators", "draw"),
     "bake": ("operators", "panel"),
     "poses": ("library", "operators", "blend_operator", "panel"),

@@ -17,15 +17,15 @@ What stays, what moves, what is stiff:
 - add_handle(), add_handle_for(): vertices that follow a new empty, or an object or bone.
 - add_bones(): bones of an armature move what they pass through inside the mesh, without vertex groups.
 - remove_control(): one of these.
-- make_cage(): a coarse closed mesh around the mesh, which moves all of it with Blender's Mesh Deform.
 - copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
 - soften_group(): gives a vertex group a soft edge.
 
-What goes along:
+What follows the mesh:
 
-- carry_along(), stop_carrying(): clothes, hair and eyes follow a mesh however it is posed.
-- pose_together(), remove_stand_in(): several meshes are posed as one, through a stand-in.
+- attach(), detach(): clothes, hair and eyes follow a mesh however it is posed.
+- make_stand_in(), remove_stand_in(): several meshes are posed as one, through a stand-in.
+- make_cage(): a coarse closed mesh around the mesh, which moves all of it with Blender's Mesh Deform.
 
 A pose:
 
@@ -60,10 +60,11 @@ False; in both cases everything is as it was before the call. Each message is on
 Everything else in the add-on is free to change from one version to the next.
 """
 
+from .attach.attachments import attach, detach
+from .attach.cage import make_cage
+from .attach.stand_in import make_stand_in, remove_stand_in
 from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
-from .cages.make import make_cage
-from .carry.lists import carry_along, stop_carrying
 from .core.background import Cancelled
 from .engine.update import end_session, prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
@@ -77,7 +78,6 @@ from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for
 from .setup.pins import add_pin, add_pin_group
 from .setup.stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
-from .together.make import pose_together, remove_stand_in
 
 __all__ = [
     "NOW",
@@ -93,18 +93,19 @@ __all__ = [
     "add_stiffness_group",
     "apply_pose",
     "apply_pose_as_rest",
+    "attach",
     "bake_animation",
     "bake_pose",
     "begin_solve",
     "blend_poses",
-    "carry_along",
     "copy_handles",
     "delete_pose",
+    "detach",
     "end_session",
     "export_mesh_cache",
     "make_cage",
+    "make_stand_in",
     "mirror_pose",
-    "pose_together",
     "poses_to_keys",
     "prepare_session",
     "remove_control",
@@ -114,7 +115,6 @@ __all__ = [
     "reset_pose",
     "soften_group",
     "solve",
-    "stop_carrying",
     "store_pose",
     "update_pose",
 ]

@@ -13,7 +13,7 @@ from operator import call
 import bpy
 from bpy.app.handlers import persistent
 
-from .carry import run as carry
+from .attach import sync_handlers as attach
 from .core import sessions
 from .engine import applied
 from .follow import runs
@@ -47,7 +47,7 @@ _postponed: list[known.Update] = []
 UPDATED = (
     applied.updated,
     overlay.updated,
-    carry.updated,
+    attach.updated,
     remembered.forget_updated,
     look.forget_updated,
     seen_mesh.forget_updated,
@@ -59,7 +59,7 @@ def _look_again() -> None:
     gone = known.look_again()
     for uid in gone:
         runs.forget(uid)
-        carry.forget(uid)
+        attach.forget(uid)
     sessions.forget(gone)
 
 
@@ -76,7 +76,7 @@ def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     for update in updates:
         _tell(*(partial(room, update) for room in UPDATED))
     _tell(
-        partial(carry.catch_up_after, depsgraph),
+        partial(attach.write_queued_after, depsgraph),
         partial(remembered.forget_handles, has_new_objects=may_be_others),
     )
     _postponed.extend(updates)
@@ -122,7 +122,7 @@ def _undone(scene: bpy.types.Scene, step: Callable[[], set[str]]) -> None:
         applied.replaced,
         partial(runs.undone, scene),
         partial(undo.pass_over, step),
-        carry.undone,
+        attach.undone,
         tool.replaced,
         pulling.undone,
         posing.undone,
@@ -138,7 +138,7 @@ def _on_load(*_: object) -> None:
         region.forget_fine,
         overlay.forget,
         undo.forget,
-        carry.clear,
+        attach.clear,
         applied.replaced,
         runs.loaded,
         tool.replaced,

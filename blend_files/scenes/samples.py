@@ -188,8 +188,8 @@ def make_dressed(api: ModuleType) -> bpy.types.Object:
     obj = scenes.mesh_object("Child", mesh, BODY)
     worn = [scenes.mesh_object(name, make(mesh), finishes) for name, (make, finishes) in WORN.items()]
     handles = _bind(api, obj, figure_groups(mesh), ("Foot L", "Foot R"), tuple(DRESSED_MOVES))
-    api.carry_along(obj, worn)
-    obj.arap.active_follower_index = 0
+    api.attach(obj, worn)
+    obj.arap.active_attachment_index = 0
     for name, moves in DRESSED_MOVES.items():
         scenes.animate(handles[name], moves, DRESSED_PIVOTS[name])
     scenes.studio(scene, (0.30, 0.44, 0.52), (0.0, 0.0, 0.90), (1.5, -6.4, 1.6), lens=108.0)

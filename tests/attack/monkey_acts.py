@@ -554,35 +554,35 @@ def use_session(monkey: Monkey) -> None:
 
 
 @add_on
-def carry_along(monkey: Monkey) -> None:
+def attach(monkey: Monkey) -> None:
     body = monkey.mesh()
     others = [obj for obj in monkey.meshes() if obj != body]
-    monkey.api.carry_along(body, [monkey.choice(others)], monkey.choice(["", "bend", "rigid"]))
+    monkey.api.attach(body, [monkey.choice(others)], monkey.choice(["", "bend", "rigid"]))
 
 
 @add_on
-def pose_together(monkey: Monkey) -> None:
+def make_stand_in(monkey: Monkey) -> None:
     stand_ins = [obj for obj in monkey.meshes() if obj.arap.is_stand_in]
     if stand_ins and monkey.random.randrange(2):
         monkey.api.remove_stand_in(monkey.choice(stand_ins))
     else:
         pieces = monkey.random.sample(list(monkey.meshes()), 2)
-        monkey.api.pose_together(pieces, monkey.choice([50, 200_000]))
+        monkey.api.make_stand_in(pieces, monkey.choice([50, 200_000]))
 
 
 @add_on
 def change_follower(monkey: Monkey) -> None:
-    body = monkey.choice(obj for obj in monkey.meshes() if obj.arap.followers)
-    follower = monkey.choice(body.arap.followers)
+    body = monkey.choice(obj for obj in monkey.meshes() if obj.arap.attachments)
+    attachment = monkey.choice(body.arap.attachments)
     kind = monkey.random.randrange(4)
     if kind == 0:
-        follower.is_enabled = not follower.is_enabled
+        attachment.is_enabled = not attachment.is_enabled
     elif kind == 1:
-        follower.kind = "bend" if follower.kind == "rigid" else "rigid"
+        attachment.kind = "bend" if attachment.kind == "rigid" else "rigid"
     elif kind == 2:
-        follower.target = monkey.choice(bpy.data.objects)
+        attachment.object = monkey.choice(bpy.data.objects)
     else:
-        monkey.api.stop_carrying(body, follower.target)
+        monkey.api.detach(body, attachment.object)
 
 
 def tried(act: Act, monkey: Monkey) -> None:
@@ -609,8 +609,8 @@ def act_beside_a_job(monkey: Monkey) -> None:
 
 
 ACTS: dict[Act, int] = {
-    operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, carry_along: 4, toggle_follow: 4, use_pose: 4,
-    use_session: 4, pose_together: 3, new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2,
+    operator: 12, move: 10, undo: 6, solve: 5, change_frame: 5, attach: 4, toggle_follow: 4, use_pose: 4,
+    use_session: 4, make_stand_in: 3, new_mesh: 3, redo: 3, bake_animation: 3, change_setting: 3, store_pose: 2,
     export: 2, keyframe: 2, change_key: 2, show_all: 2,
 } | dict.fromkeys([
     duplicate, delete, join, separate, edit_faces, act_in_another_mode, modifiers, apply_modifier, add_key, remove_key,

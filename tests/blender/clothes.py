@@ -38,19 +38,19 @@ def eye(matrix=None, radius=0.1):
     return new_object("Eye", mesh, (matrix or Matrix()) @ Matrix.Translation(EYE_PLACE))
 
 
-class CarryTest(SceneTest):
-    def carried(self, body, target):
-        """(n, 3) where the library takes the follower for what the body shows."""
-        wrap = module("carry.wraps").get(body, module("carry.problems").entry_of(body, target))
-        return wrap.carried(np.ascontiguousarray(shown_positions(body), np.float32)).copy()
+class AttachTest(SceneTest):
+    def carried(self, host, target):
+        """(n, 3) where the library takes the attachment for what the host shows."""
+        wrap = module("attach.wraps").get(host, module("attach.problems").entry_of(host, target))
+        return wrap.carried(np.ascontiguousarray(shown_positions(host), np.float32)).copy()
 
-    def assert_goes_along(self, body, target):
+    def assert_follows(self, host, target):
         shown = shown_positions(target)
         self.assertGreater(np.abs(in_world(target, shown) - in_world(target, rest_positions(target))).max(), 0.1)
-        self.assert_close(shown, self.carried(body, target), 2e-5)
+        self.assert_close(shown, self.carried(host, target), 2e-5)
 
     def assert_at_rest(self, target):
         self.assert_close(shown_positions(target), rest_positions(target), 1e-6)
 
-    def problem(self, body, index=0):
-        return module("carry.keep_up").problem_of(body, body.arap.followers[index])
+    def problem(self, host, index=0):
+        return module("attach.sync").problem_of(host, host.arap.attachments[index])

@@ -86,14 +86,14 @@ def pull_pins_of_nonsense(obj: bpy.types.Object) -> None:
 def followers_of_nonsense(obj: bpy.types.Object) -> None:
     """The mesh goes along with itself, an empty does, places are none, and the rest shapes are what may be removed."""
     for target in (obj, obj.arap.handles[0].target, None):
-        follower = obj.arap.followers.add()
-        follower.target, follower.place = target, [NAN] * 16
-        raw(obj)["followers"][-1]["kind"] = 77
-    obj.arap.carried.body = obj
+        attachment = obj.arap.attachments.add()
+        attachment.object, attachment.place = target, [NAN] * 16
+        raw(obj)["attachments"][-1]["kind"] = 77
+    obj.arap.attached_to.host = obj
     for name in ("Basis", "ARAP"):
-        twin = obj.arap.carried.twins.add()
+        twin = obj.arap.attached_to.linked_keys.add()
         twin.name = twin.key = name
-    write(obj, active_follower_index=-BIGGEST)
+    write(obj, active_attachment_index=-BIGGEST)
 
 
 def thousands_of_poses(obj: bpy.types.Object) -> None:

@@ -54,11 +54,11 @@ class BlendFileTest(SceneTest):
 
     def test_what_is_worn_goes_along(self):
         scene, (child,) = self.open("dressed")
-        followers = child.arap.followers
-        self.assertEqual({follower.target.name: follower.kind for follower in followers}, WORN)
+        attachments = child.arap.attachments
+        self.assertEqual({attachment.object.name: attachment.kind for attachment in attachments}, WORN)
         scene.frame_set(scene.frame_end)
         self.api.solve(child)
-        for obj in (follower.target for follower in followers):
+        for obj in (attachment.object for attachment in attachments):
             with self.subTest(obj.name):
                 self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj)).max(), 0.01)
 

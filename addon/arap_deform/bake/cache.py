@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from ..carry.problems import below
+from ..attach.problems import below
 from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
@@ -49,7 +49,7 @@ class MeshCacheJob(FramesJob[Path]):
         format_of(self._path)
         self._step = step
         self._add_modifier = add_modifier
-        self._left_out = [follower.name for follower in below(obj)]
+        self._left_out = [attached.name for attached in below(obj)]
         self._writer: CacheWriter | None = None
         super().__init__(obj, scene, list(range(start, end + 1, step)), None)
         fps = scene.render.fps / scene.render.fps_base
@@ -61,7 +61,7 @@ class MeshCacheJob(FramesJob[Path]):
 
     @property
     def warning(self) -> str:
-        left_out = f"What goes along is not in the cache, but in Bake Animation: {listed(self._left_out)}"
+        left_out = f"What is attached is not in the cache, but in Bake Animation: {listed(self._left_out)}"
         return "; ".join(filter(None, (super().warning, left_out if self._left_out else "")))
 
     def _check_ready(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -107,7 +107,7 @@ def export_mesh_cache(
 ) -> Path:
     """Solves frames start, start + step, ... up to end as a bake does, and writes them to an MDD or PC2 file.
 
-    The file has the pose in object space, without modifiers, other shape keys and what goes along with the mesh, as the
+    The file has the pose in object space, without modifiers, other shape keys and what is attached to the mesh, as the
     Mesh Cache modifier needs it.
     It is written frame by frame, so only the disk limits its length. A complete new file replaces an existing one.
 

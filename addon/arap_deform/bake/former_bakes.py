@@ -7,14 +7,14 @@ from collections.abc import Iterable, Iterator
 
 import bpy
 
-from ..carry.problems import below
+from ..attach.problems import below
 from ..scene import baked, fcurves, known, shape_keys
 
 Curve = tuple[int, int, str]  # uid of the object, and of its F-curves and drivers the number and the path
 
 
 class FormerBakes:
-    """Mutes the F-curves of keys that bakes have made, and what gives their values to followers, until wake().
+    """Mutes the F-curves of keys that bakes have made, and what gives their values to linked keys, until wake().
 
     Holds no Blender data.
     """
@@ -33,12 +33,12 @@ class FormerBakes:
                     fcurve.mute = False
         self._muted.clear()
 
-    def _mute(self, body: bpy.types.Object) -> None:
-        names = {body: set(baked.names_of_all(body))}
-        for obj in (body, *below(body)):  # a body comes before what goes along with it
-            if obj != body:
-                carried = obj.arap.carried
-                names[obj] = {twin.key for twin in carried.twins if twin.name in names[carried.body]}
+    def _mute(self, host: bpy.types.Object) -> None:
+        names = {host: set(baked.names_of_all(host))}
+        for obj in (host, *below(host)):  # a host comes before what is attached to it
+            if obj != host:
+                link = obj.arap.attached_to
+                names[obj] = {linked.key for linked in link.linked_keys if linked.name in names[link.host]}
             paths = {shape_keys.value_path(key) for name in names[obj] if (key := shape_keys.find(obj, name))}
             for curve, fcurve in _curves(obj) if paths else ():
                 if fcurve.data_path in paths and not fcurve.mute:

@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.arrays import Floats
-from ..core.carry.probe import probed
+from ..core.attach.probe import probed
 from ..core.transforms import applied_map, has_no_inverse, inverted
 from ..props import hooks
 from ..props.base_shape import turn_bases
@@ -22,7 +22,7 @@ from .scene import is_rendering
 
 
 def look(obj: bpy.types.Object) -> None:
-    """Notes where the mesh is now. If it got there by Object > Apply, what is saved goes along."""
+    """Notes where the mesh is now. If it got there by Object > Apply, what is saved is moved too."""
     if obj.type != "MESH" or not obj.arap.controls or obj.library is not None or meshes.is_override(obj):
         return
     if obj.data.is_editmode or is_rendering():

@@ -78,7 +78,8 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     Stored poses take the handles to the same places as before.
 
     Raises:
-        ValueError: there is no pose, the pose key does not show it, or the mesh or a follower must not be written.
+        ValueError: there is no pose, the pose key does not show it, or the mesh or an attached object is not
+            writable.
         RuntimeError: an act uses the mesh.
     """
     key = _pose_key(obj)

@@ -43,5 +43,5 @@ rest_changes: list[Callable[[bpy.types.Object, bpy.types.ShapeKey], None]] = []
 """What the pose's key shows will be the rest shape of the mesh: the object and the key, as they are before. May raise
 ValueError, before it changes anything; then nothing changes."""
 
-follower_changed: list[Callable[[bpy.types.Object, Any], None]] = []
-"""A follower was switched on or off, or follows in another way: the mesh object and the ArapFollower."""
+attachment_changed: list[Callable[[bpy.types.Object, Any], None]] = []
+"""An attachment was switched on or off, or has another kind: the host and the ArapAttachment."""

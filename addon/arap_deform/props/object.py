@@ -17,10 +17,10 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..core.carry.probe import MOST
+from ..core.attach.probe import MOST
 from ..core.naming import NAME_BYTES
 from . import hooks
-from .carry import ArapCarried, ArapFollower
+from .attach import ArapAttachedTo, ArapAttachment
 from .controls import ArapControl, ArapStiffness
 from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullRest
@@ -200,17 +200,17 @@ class ArapObject(bpy.types.PropertyGroup):
     poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
     active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
 
-    followers: CollectionProperty(
-        type=ArapFollower, name="Followers", description="Objects that go along with the mesh: clothes, hair, eyes"
+    attachments: CollectionProperty(
+        type=ArapAttachment, name="Attachments", description="Objects that follow the mesh: clothes, hair, eyes"
     )
-    active_follower_index: IntProperty(name="Active Follower", min=0, description="The follower chosen in the list")
-    carried: PointerProperty(
-        type=ArapCarried, name="Carried", description="What is known of the mesh that this one goes along with"
+    active_attachment_index: IntProperty(
+        name="Active Attachment", min=0, description="The attached object chosen in the list"
+    )
+    attached_to: PointerProperty(
+        type=ArapAttachedTo, name="Attached To", description="What is known of the mesh that this one follows"
     )
 
-    is_stand_in: BoolProperty(
-        options={"HIDDEN"}, description="The mesh was made to pose others together, which go along with it"
-    )
+    is_stand_in: BoolProperty(options={"HIDDEN"}, description="The mesh stands for others, which are attached to it")
 
     pull_pins: CollectionProperty(
         type=ArapPullPin, name="Pull Pins", description="Pieces that ARAP Pull holds", options={"HIDDEN"}
@@ -395,8 +395,8 @@ class ArapObject(bpy.types.PropertyGroup):
 
     def has_data(self) -> bool:
         """Whether there is anything that must be looked at when the scene changes."""
-        lists = (self.controls, self.followers, self.pull_pins)
-        return any(map(len, lists)) or self.use_follow or self.carried.body is not None or self.pose_act != 0
+        lists = (self.controls, self.attachments, self.pull_pins)
+        return any(map(len, lists)) or self.use_follow or self.attached_to.host is not None or self.pose_act != 0
 
 
 def register() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..carry.bodies import moving_mesh
+from ..attach.hosts import moving_mesh
 from ..core.arrays import Floats
 from ..props import preferences
 from ..props.bounds import bounded

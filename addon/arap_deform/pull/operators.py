@@ -240,7 +240,7 @@ def _grip_at(context: bpy.types.Context, mouse: tuple[int, int]) -> Grip | None:
 
 
 def _take_in_hand(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    """What is pulled through another mesh that goes along with it: the tab and the pins shown are of that."""
+    """What is pulled through a mesh that is attached to it: the tab and the pins shown are of that."""
     if posed_object(context) != obj:
         select_alone(context, obj)
 

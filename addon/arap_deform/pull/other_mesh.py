@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from mathutils import Vector
 
-from ..carry.bodies import moving_mesh
+from ..attach.hosts import moving_mesh
 from ..ui.checks import hidden_text, posed_object
 from .seen_mesh import view_of
 from .view import Pixels

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a ray meets a mesh, or what goes along with it: a drag on a shirt pulls the body, near that place."""
+"""Where a ray meets a mesh, or what is attached to it: a drag on a shirt pulls the body, near that place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..carry.problems import below
+from ..attach.problems import below
 from ..core.arrays import Floats
 from ..core.transforms import has_no_inverse, inverted, transformed
 from ..scene import meshes
@@ -30,18 +30,18 @@ class Hit:
 
 
 def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
-    """Where a ray meets the mesh first; None if it meets neither that nor what goes along with it.
+    """Where a ray meets the mesh first; None if it meets neither that nor what is attached to it.
 
-    If it meets what goes along with the mesh before: the place of the mesh that is nearest to there.
+    If it meets what is attached to the mesh before: the place of the mesh that is nearest to there.
     """
     own = _cast(obj, depsgraph, origin, direction)
     if own is not None and obj.arap.is_stand_in:
         return own  # it is where its meshes are, and to look at these may take long
     found = own
-    for follower in below(obj):
+    for attached in below(obj):
         # Blender 4.5 and 5.2 crash if a ray is cast at a curve without faces.
-        if follower.type == "MESH" and follower.visible_get():
-            hit = _cast(follower, depsgraph, origin, direction)
+        if attached.type == "MESH" and attached.visible_get():
+            hit = _cast(attached, depsgraph, origin, direction)
             if hit is not None and (found is None or (hit.place - found.place) @ direction < 0.0):
                 found = hit
     return own if found is own or found is None else _nearest(obj, depsgraph, found.place)

@@ -87,7 +87,7 @@ def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> Vi
 def pick(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, view: View, pixel: tuple[float, float], radius_px: float
 ) -> Pick | None:
-    """The part of the mesh under a pixel, or near what is there and goes along with it; None if neither is there.
+    """The part of the mesh under a pixel, or near what is there and is attached to it; None if neither is there.
 
     Raises:
         ValueError: modifiers have made the surface there, and no vertex of the mesh belongs to it.

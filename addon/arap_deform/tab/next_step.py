@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..carry.bodies import body_of
+from ..attach.hosts import host_of
 from ..core import sessions
 from ..engine.act import Phase, PoseAct
 from ..follow import runs
@@ -50,9 +50,9 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step("Edit Again shows the pose in place of the bake.")
     if reason := look.noted(obj):
         return Step(f"{reason}.", "ERROR")
-    body = body_of(obj)
-    if body is not None:
-        return Step(f"It goes along with '{body.name}': Pull moves that.")
+    host = host_of(obj)
+    if host is not None:
+        return Step(f"This object follows '{host.name}'. Pull moves '{host.name}'.")
     return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(context, obj))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..carry.bodies import body_of
+from ..attach.hosts import host_of
 from ..core import sessions
 from ..core.naming import listed
 from ..follow import runs
@@ -58,10 +58,10 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
     pair = button_row(context, column)
     pair.operator("arap.handle_add", icon="EMPTY_AXIS")
     pair.operator("arap.pin_add", icon="PINNED")
-    body = body_of(obj)
-    if body is not None:
-        text = f"Select '{body.name}'"
-        column.operator("arap.carry_select", text=text, translate=False, icon="RESTRICT_SELECT_OFF")
+    host = host_of(obj)
+    if host is not None:
+        text = f"Select '{host.name}'"
+        column.operator("arap.host_select", text=text, translate=False, icon="RESTRICT_SELECT_OFF")
     if selected_armatures(context):
         column.operator("arap.bones_add", icon="BONE_DATA")
     if remembered.has_foreign_handles(obj):

@@ -29,8 +29,8 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The mesh that panels and operators work on, None if there is none.
 
     The first of: the active mesh, unless it is a handle of a mesh that is being posed; the mesh that
-    the active object moves, so the panel stays when an empty or an armature is picked, or that it goes along
-    with, if it is a curve; the only mesh that is being posed; the only selected mesh.
+    the active object moves, so the panel stays when an empty or an armature is picked, or its host, if it
+    is a curve; the only mesh that is being posed; the only selected mesh.
     """
     obj = _find(context)
     if obj is not None:
@@ -49,7 +49,7 @@ def _find(context: bpy.types.Context) -> bpy.types.Object | None:
         for obj in (*posed, active.parent):
             if obj is not None and remembered.is_moved_by(obj, active):
                 return obj
-        owner = remembered.owner_of(context.view_layer, active) or active.arap.carried.body
+        owner = remembered.owner_of(context.view_layer, active) or active.arap.attached_to.host
         if known.is_in(context.view_layer, owner):
             return owner
     if len(posed) == 1:

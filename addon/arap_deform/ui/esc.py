@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Esc while something is prepared in the background: a mesh that follows, or what goes along with one.
+"""Esc while something is prepared in the background: a mesh that follows its handles, or an attached object.
 
 A key and no modal operator: while one runs, Blender does not save automatically.
 """
@@ -50,8 +50,8 @@ class ARAP_OT_preparing_cancel(bpy.types.Operator):
     bl_idname = "arap.preparing_cancel"
     bl_label = "Cancel Preparing"
     bl_description = (
-        "While a mesh that follows is prepared: switch its Follow off. While what goes along is prepared: switch that "
-        "off. Nothing moves"
+        "While a mesh that follows is prepared: switch its Follow off. While an attached object is prepared: switch "
+        "that off. Nothing moves"
     )
     bl_options = {"UNDO", "INTERNAL"}
 

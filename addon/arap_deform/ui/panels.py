@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the sub-panels share.
 
-Sub-panels by ``bl_order``: Pose (without a header) 0, Handle or Pin 10, Bake 20, Poses 30, Carry Along 35,
+Sub-panels by ``bl_order``: Pose (without a header) 0, Handle or Pin 10, Bake 20, Poses 30, Attach 35,
 Stiffness 40, Display 80, Advanced 90. All but the first are closed.
 """
 

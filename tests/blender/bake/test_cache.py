@@ -138,10 +138,10 @@ class MeshCacheTest(SceneTest):
 
     def test_what_goes_along_is_not_in_it_and_told(self):
         obj, other = animated(), mesh_object("Shirt")
-        self.api.carry_along(obj, [other])
+        self.api.attach(obj, [other])
         job = module("bake.cache").MeshCacheJob(obj, self.mdd, 1, 3)
         self.addCleanup(job.cancel)
-        self.assertEqual(job.warning, "What goes along is not in the cache, but in Bake Animation: Shirt")
+        self.assertEqual(job.warning, "What is attached is not in the cache, but in Bake Animation: Shirt")
 
     def test_other_shape_keys_are_not_in_it(self):
         obj = animated()

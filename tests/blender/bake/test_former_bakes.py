@@ -22,7 +22,7 @@ class FormerBakeTest(SceneTest):
     def test_they_do_not_change_while_another_bake_reads_the_frames(self):
         obj = animated()
         shirt = mesh_object("Shirt")
-        self.api.carry_along(obj, [shirt])
+        self.api.attach(obj, [shirt])
         names = [*self.api.bake_animation(obj, 1, 4, prefix="One "), *self.api.bake_animation(obj, 1, 4)]
         smile = own_key(obj, "Smile", value=0.0)
         smile.keyframe_insert("value", frame=1)

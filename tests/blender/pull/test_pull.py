@@ -77,7 +77,7 @@ class PickTest(PullTest):
         body = mesh_object()
         plain = self.pick(body)
         coat = mesh_object("Coat", Matrix.Diagonal((2.0, 2.0, 1.0, 1.0)))
-        self.api.carry_along(body, [coat])
+        self.api.attach(body, [coat])
         seen = self.pick(body)
         self.assert_close(seen.place, plain.place, 1e-4)
         self.assertLess(seen.normal[1], -0.9)
@@ -88,21 +88,21 @@ class PickTest(PullTest):
         coat.hide_set(True)
         self.assertIsNone(self.pick(body, 270.0))
         coat.hide_set(False)
-        body.arap.followers[0].is_enabled = False
+        body.arap.attachments[0].is_enabled = False
         self.assertIsNone(self.pick(body, 270.0))
         self.assertIsNone(self.pick(body, 390.0))
 
     def test_what_moves_a_mesh_is_found_up_to_the_first_one_that_is_switched_off(self):
-        bodies, below = module("carry.bodies"), module("carry.problems").below
+        bodies, below = module("attach.hosts"), module("attach.problems").below
         body, coat, buckle = (mesh_object(name) for name in ("Body", "Coat", "Buckle"))
-        self.api.carry_along(body, [coat], "bend")
-        self.api.carry_along(coat, [buckle], "bend")
+        self.api.attach(body, [coat], "bend")
+        self.api.attach(coat, [buckle], "bend")
         self.assertEqual([bodies.moving_mesh(obj) for obj in (body, coat, buckle)], 3 * [body])
         self.assertEqual(below(body), [coat, buckle])
-        body.arap.followers[0].is_enabled = False
+        body.arap.attachments[0].is_enabled = False
         self.assertEqual([bodies.moving_mesh(obj) for obj in (body, coat, buckle)], [body, coat, coat])
         self.assertEqual(below(body), [])
-        coat.arap.carried.body = buckle  # a circle, in a damaged file
+        coat.arap.attached_to.host = buckle  # a circle, in a damaged file
         self.assertEqual(bodies.moving_mesh(coat), coat)
 
     def test_the_patch_is_what_lies_within_the_circle_on_the_near_side(self):
@@ -118,7 +118,7 @@ class PickTest(PullTest):
 
     def test_what_goes_along_and_is_scaled_to_nothing_does_not_hinder(self):
         obj, coat = mesh_object("Body"), mesh_object("Coat")
-        self.api.carry_along(obj, [coat], "bend")
+        self.api.attach(obj, [coat], "bend")
         coat.scale = (0.0, 0.0, 0.0)
         bpy.context.view_layer.update()
         self.assertLess(self.pick(obj).place[1], -0.4)
@@ -239,7 +239,7 @@ class PickTest(PullTest):
 class DragTest(PullTest):
     def test_what_goes_along_is_pulled_too(self):
         obj, twin = posable(), mesh_object("Twin")
-        self.api.carry_along(obj, [twin])
+        self.api.attach(obj, [twin])
         self.pull(obj, self.grab(MIDDLE), RIGHT)
         self.assertGreater((key_positions(twin) - rest_positions(twin))[MIDDLE, 0].mean(), 0.25)
         self.assert_close(key_positions(twin), key_positions(obj), 0.02)

@@ -58,7 +58,7 @@ class RelativeKeyTest(SceneTest):
 
     def test_to_a_stored_pose_and_a_twin(self):
         obj, shirt = animated(), mesh_object("Shirt")
-        self.api.carry_along(obj, [shirt])
+        self.api.attach(obj, [shirt])
         self.scene.frame_set(11)
         self.api.store_pose(obj, "Far")
         self.api.solve(obj)

@@ -207,9 +207,10 @@ class SeenTest(SceneTest):
     def test_clothes_that_are_not_seen_to_follow_are_told_in_their_list(self):
         body, sleeve = mesh_object("Body"), mesh_object("Sleeve")
         add_nodes(sleeve, takes_places=True)
-        (follower,) = self.api.carry_along(body, [sleeve])
-        self.assertEqual(module("carry.twins").why_hidden(body, sleeve), "")  # nothing is posed yet
+        self.api.attach(body, [sleeve])
+        (attachment,) = body.arap.attachments
+        self.assertEqual(module("attach.linked_keys").why_hidden(body, sleeve), "")  # nothing is posed yet
         self.api.add_pin(body, BOTTOM)
         self.api.add_handle(body, TOP)
         self.api.solve(body)
-        self.assertIn("A pose of 'Sleeve' would not be seen", module("carry.keep_up").problem_of(body, follower))
+        self.assertIn("A pose of 'Sleeve' would not be seen", module("attach.sync").problem_of(body, attachment))

@@ -15,7 +15,7 @@ from .riders import Riders, find_riders
 
 
 class LooseParts:
-    """Looks again for what goes along only when other parts are loose."""
+    """Looks again for what moves along only when other parts are loose."""
 
     def __init__(
         self,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The points of any object that has shape keys and can be carried along."""
+"""The points of any object that has shape keys and can be attached."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ...core.arrays import Float32s, Ints
-from ...core.carry.pieces import loose_pieces
+from ...core.attach.pieces import loose_pieces
 from .. import versions
 from . import curves
 
