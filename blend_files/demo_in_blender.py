@@ -44,7 +44,7 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
 
     use_engine(scene, has_opengl)
     pictures = render_all(scene, out)
-    results = summary(obj, job.readouts, keys) | {"rendered_by": scene.render.engine}
+    results = summary(obj, job.all_stats, keys) | {"rendered_by": scene.render.engine}
     (out / "summary.json").write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     say(f"Wrote {posed.name}, {', '.join(pictures)}, summary.json")
 
@@ -56,18 +56,18 @@ def install(zip_path: Path) -> None:
         raise RuntimeError(f"The add-on of {zip_path.name} cannot be enabled")
 
 
-def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str]) -> dict[str, Any]:
-    iterations = sum(r.iterations for r in readouts)
-    reasons = sorted({r.stop_reason for r in readouts})
+def summary(obj: bpy.types.Object, all_stats: Sequence[Any], keys: Sequence[str]) -> dict[str, Any]:
+    iterations = sum(r.iterations for r in all_stats)
+    reasons = sorted({r.stop_reason for r in all_stats})
     return {
-        "vertices": readouts[-1].vertices,
+        "vertices": all_stats[-1].vertices,
         "handles": len(obj.arap.handles),
-        "bind_ms": round(readouts[-1].bind_ms, 2),
-        "factorization_ms": round(readouts[-1].factor_ms, 2),
-        "ms_per_iteration": round(sum(r.last_ms for r in readouts) / max(iterations, 1), 3),
+        "bind_ms": round(all_stats[-1].bind_ms, 2),
+        "factorization_ms": round(all_stats[-1].factor_ms, 2),
+        "ms_per_iteration": round(sum(r.last_ms for r in all_stats) / max(iterations, 1), 3),
         "iterations_of_all_frames": iterations,
-        "energy_of_last_frame_before": readouts[-1].energy_before,
-        "energy_of_last_frame_after": readouts[-1].energy,
+        "energy_of_last_frame_before": all_stats[-1].energy_before,
+        "energy_of_last_frame_after": all_stats[-1].energy,
         "stopped": ", ".join(reasons),
         "shape_keys": len(keys),
         "blender": bpy.app.version_string,

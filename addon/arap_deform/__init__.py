@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """ARAP Deform: poses a mesh as rigidly as possible with handles, live, and bakes the poses to shape keys.
 
-Modules are imported in register(), so that those without bpy (session, the posing act) load in a plain Python too.
+Modules are imported in register(), so that those without bpy (session, the interaction) load in a plain Python too.
 """
 
 import importlib
@@ -11,7 +11,7 @@ from types import ModuleType
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
     "props": ("pull", "preferences", "controls", "poses", "attach", "object"),
-    "scene": ("remembered", "redraw"),
+    "scene": ("ui_cache", "redraw"),
     "engine": ("applied",),
     "ui": ("panels", "edit_mode", "waiting", "esc"),
     "setup": (

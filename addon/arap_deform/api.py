@@ -51,7 +51,7 @@ Vertices are indices: a sequence or an integer array. Matrices are world matrice
 constraints, drivers and animation count. Objects must be in Object Mode and their mesh must be local and used once.
 
 Errors: ``ValueError`` if the scene or an argument is wrong. ``RuntimeError`` if the solver or the module is, or if
-something else has the mesh for itself just now: a posing act, or the job of a solve, a bake or an export.
+something else has the mesh for itself just now: an interaction, or the job of a solve, a bake or an export.
 ``MemoryError`` if the mesh needs more memory than there is, ``Cancelled`` (a RuntimeError) if ``progress`` returned
 False; in both cases everything is as it was before the call. Each message is one sentence that says what to do.
 

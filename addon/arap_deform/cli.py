@@ -28,7 +28,7 @@ from .bake.walk import FramesWalk
 from .bake.whole_file import WholeFile, check_space
 from .core import naming, native, sessions
 from .core.job import Job, run_job
-from .core.session_data import Readout
+from .core.session_data import SolveStats
 from .pose.result import bake_pose
 from .pose.solve import begin_solve
 from .poses.keys import PoseKeysJob
@@ -41,14 +41,14 @@ COMMAND = "arap"
 
 
 @dataclass
-class Act:
+class Task:
     """A job, and what makes the line to print of its result."""
 
     job: Job[Any]
     tell: Callable[[Any], str]
 
 
-Maker = Callable[[bpy.types.Object, bpy.types.Scene, argparse.Namespace], Act]
+Maker = Callable[[bpy.types.Object, bpy.types.Scene, argparse.Namespace], Task]
 
 _command: Any = None
 
@@ -160,44 +160,44 @@ def _work(options: argparse.Namespace, output: Path) -> None:
         raise ValueError(f"--cache takes one object, but {len(objects)} have handles: name it with --object")
     if getattr(options, "frame", None) is not None:
         scene.frame_set(options.frame)
-    acts = _all_acts(objects, scene, options)  # all are checked before any work
+    tasks = _all_tasks(objects, scene, options)  # all are checked before any work
     try:
-        _check_space(output, acts)
+        _check_space(output, tasks)
         first, *later = order.waves(objects)
-        acts = _kept(acts, first)
-        while acts:
-            say(acts[0].tell(run_job(acts[0].job)))
-            sessions.drop(acts.pop(0).job.uid)  # a shot has many meshes
-            if later and not acts:  # these hang on the shapes that are there now
-                acts = _all_acts(later.pop(0), scene, options)
+        tasks = _kept(tasks, first)
+        while tasks:
+            say(tasks[0].tell(run_job(tasks[0].job)))
+            sessions.drop(tasks.pop(0).job.uid)  # a shot has many meshes
+            if later and not tasks:  # these hang on the shapes that are there now
+                tasks = _all_tasks(later.pop(0), scene, options)
     finally:
-        for act in acts:
-            act.job.cancel()
+        for task in tasks:
+            task.job.cancel()
 
 
-def _kept(acts: Sequence[Act], objects: Sequence[bpy.types.Object]) -> list[Act]:
+def _kept(tasks: Sequence[Task], objects: Sequence[bpy.types.Object]) -> list[Task]:
     """The work on these objects; the other one is cancelled."""
     uids = {obj.session_uid for obj in objects}
-    for act in acts:
-        if act.job.uid not in uids:
-            act.job.cancel()
-    return [act for act in acts if act.job.uid in uids]
+    for task in tasks:
+        if task.job.uid not in uids:
+            task.job.cancel()
+    return [task for task in tasks if task.job.uid in uids]
 
 
-def _all_acts(objects: Sequence[bpy.types.Object], scene: bpy.types.Scene, options: argparse.Namespace) -> list[Act]:
+def _all_tasks(objects: Sequence[bpy.types.Object], scene: bpy.types.Scene, options: argparse.Namespace) -> list[Task]:
     """The work on all objects, checked. Raises ValueError with all that is wrong with any."""
     make = _maker(scene, options)
-    acts, problems = [], []
+    tasks, problems = [], []
     for obj in objects:
         try:
-            acts.append(make(obj, scene, options))
+            tasks.append(make(obj, scene, options))
         except native.ERRORS as error:
             problems.append(native.sentence_of(error))
     if problems:
-        for act in acts:
-            act.job.cancel()
+        for task in tasks:
+            task.job.cancel()
         raise ValueError(naming.sentences(problems))
-    return acts
+    return tasks
 
 
 def _maker(scene: bpy.types.Scene, options: argparse.Namespace) -> Maker:
@@ -251,10 +251,10 @@ def _words_of(error: RuntimeError) -> str:
     return " ".join(str(error).removeprefix("Error: ").split())
 
 
-def _check_space(output: Path, acts: Sequence[Act]) -> None:
+def _check_space(output: Path, tasks: Sequence[Task]) -> None:
     """Raises ValueError if the disk has no room for the new keys alone. Of compressed files nobody knows."""
     if not _is_compressed(Path(bpy.data.filepath)):
-        n_bytes = sum(act.job.bytes_in_file for act in acts if isinstance(act.job, BakeJob))
+        n_bytes = sum(task.job.bytes_in_file for task in tasks if isinstance(task.job, BakeJob))
         check_space(output.parent, n_bytes, str(output))
 
 
@@ -320,24 +320,24 @@ def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.ty
     return [scene.objects[name] for name in names]
 
 
-def _pose(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> Act:
-    return Act(begin_solve(obj, depsgraph_of(scene)), partial(_solved, obj.name))
+def _pose(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> Task:
+    return Task(begin_solve(obj, depsgraph_of(scene)), partial(_solved, obj.name))
 
 
-def _solved(name: str, done: Readout) -> str:
+def _solved(name: str, done: SolveStats) -> str:
     return f"{name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
 
 
-def _bake_frame(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Act:
+def _bake_frame(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Task:
     name = shape_keys.frame_key_name(options.prefix or f"{pose_key.wanted_name(obj)}_", options.frame)
 
-    def tell(done: Readout) -> str:
+    def tell(done: SolveStats) -> str:
         return f"{_solved(obj.name, done)}, key '{bake_pose(obj, name).name}'"
 
-    return Act(begin_solve(obj, depsgraph_of(scene)), tell)
+    return Task(begin_solve(obj, depsgraph_of(scene)), tell)
 
 
-def _bake_frames(walk: FramesWalk, obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Act:
+def _bake_frames(walk: FramesWalk, obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Task:
     job = BakeJob(
         obj,
         walk.frames[0],
@@ -348,17 +348,17 @@ def _bake_frames(walk: FramesWalk, obj: bpy.types.Object, scene: bpy.types.Scene
         fewest_keys_percent=options.fewest_keys,
         walk=walk,
     )
-    return Act(job, lambda names: f"{job.object_name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}")
+    return Task(job, lambda names: f"{job.object_name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}")
 
 
-def _export(start: int, end: int, obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Act:
+def _export(start: int, end: int, obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> Task:
     job = MeshCacheJob(obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True)
-    return Act(job, lambda path: f"{job.object_name}: {job.n_shapes} frames in {path}{_unsettled(job)}")
+    return Task(job, lambda path: f"{job.object_name}: {job.n_shapes} frames in {path}{_unsettled(job)}")
 
 
-def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> Act:
+def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> Task:
     job = PoseKeysJob(obj, scene=scene)
-    return Act(job, lambda names: f"{job.object_name}: keys {', '.join(map(repr, names))}{_unsettled(job)}")
+    return Task(job, lambda names: f"{job.object_name}: keys {', '.join(map(repr, names))}{_unsettled(job)}")
 
 
 def _unsettled(job: ShapesJob[Any]) -> str:

@@ -19,9 +19,9 @@ from .engine import applied
 from .follow import runs
 from .pose import run as posing
 from .pose import undo
-from .pull import draw, region, seen_mesh, tool
+from .pull import draw, evaluated_mesh, region, tool
 from .pull import operators as pulling
-from .scene import known, registration, remembered
+from .scene import known, registration, ui_cache
 from .scene.registration import Hearing, for_each
 from .scene.seen import look
 from .show import overlay
@@ -35,9 +35,9 @@ def _tell(*rooms: Callable[[], object]) -> None:
 def _forget_looks() -> None:
     """Forgets everything read from the scene."""
     _postponed.clear()
-    remembered.clear()
+    ui_cache.clear()
     look.clear()
-    seen_mesh.clear()
+    evaluated_mesh.clear()
     draw.clear()
 
 
@@ -48,9 +48,9 @@ UPDATED = (
     applied.updated,
     overlay.updated,
     attach.updated,
-    remembered.forget_updated,
+    ui_cache.forget_updated,
     look.forget_updated,
-    seen_mesh.forget_updated,
+    evaluated_mesh.forget_updated,
 )
 
 
@@ -77,7 +77,7 @@ def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         _tell(*(partial(room, update) for room in UPDATED))
     _tell(
         partial(attach.write_queued_after, depsgraph),
-        partial(remembered.forget_handles, has_new_objects=may_be_others),
+        partial(ui_cache.forget_handles, has_new_objects=may_be_others),
     )
     _postponed.extend(updates)
     if registration.hearing is Hearing.NOW:
@@ -99,7 +99,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     _tell(
         partial(runs.frame_changed, scene, depsgraph),
         overlay.frame_changed,
-        seen_mesh.forget_places,
+        evaluated_mesh.forget_places,
         partial(posing.scene_changed, scene, depsgraph, None),
     )
 

@@ -488,7 +488,9 @@ def new_handle(monkey: Monkey) -> None:
     obj = monkey.mesh()
     n = len(obj.data.vertices)
     vertices = [monkey.choice([0, 1, n - 1, n, -1, 10**9]) for _ in range(monkey.random.randint(0, 3))]
-    monkey.api.add_handle(obj, vertices, name=monkey.choice(["H", "", "Ü" * 40]), is_exact=monkey.random.random() < 0.5)
+    monkey.api.add_handle(
+        obj, vertices, name=monkey.choice(["H", "", "Ü" * 40]), use_exact=monkey.random.random() < 0.5
+    )
 
 
 @add_on
@@ -521,8 +523,8 @@ def soften(monkey: Monkey) -> None:
 def change_setting(monkey: Monkey) -> None:
     values: dict[str, list[Any]] = {
         "energy": ["rotation_nodes", "spokes", "spokes_and_rims"], "rigidity": [0.1, 2, 100],
-        "weights": ["uniform", "cotangent"], "join_seams": [True, False], "accuracy": [1e-9, 0.1, 1e-6],
-        "max_iterations": [1, 50, 200], "loose_follow": [True, False],
+        "weights": ["uniform", "cotangent"], "use_weld": [True, False], "accuracy": [1e-9, 0.1, 1e-6],
+        "max_iterations": [1, 50, 200], "use_loose_parts": [True, False],
     }  # fmt: skip
     name = monkey.choice(values)
     setattr(monkey.mesh().arap, name, monkey.choice(values[name]))

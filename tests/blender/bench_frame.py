@@ -93,11 +93,11 @@ def act_frames(package: str, obj) -> Milliseconds:
 
     update = importlib.import_module(f"{package}.engine.update")
     pose = importlib.import_module(f"{package}.pose.scene")
-    pose_act = importlib.import_module(f"{package}.engine.act")
+    interaction = importlib.import_module(f"{package}.engine.interaction")
     obj.arap.property_unset("iterations_per_update")
     update.prepare_session(obj)
     scene = pose.BlenderPoseScene(obj)
-    act = pose_act.PoseAct(scene)
+    act = interaction.Interaction(scene)
     act.begin()
     rows: Milliseconds = defaultdict(list)
 
@@ -112,7 +112,7 @@ def act_frames(package: str, obj) -> Milliseconds:
         rows["whole frame, by itself"].append(1e3 * (time.perf_counter() - start))
         if act.end is not None:
             raise RuntimeError(f"the posing act has ended: {act.end.message}")
-        rows["its iterations"].append(float(act.readout.iterations))
+        rows["its iterations"].append(float(act.stats.iterations))
 
     drags = Drags(obj)
     repeat(frame, WARM_UP)

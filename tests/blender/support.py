@@ -26,7 +26,7 @@ def flattened(suite: unittest.TestSuite) -> Iterator[unittest.TestCase]:
             yield test
 
 
-class FakeAct:
+class FakeLock:
     """An act that has a mesh for itself."""
 
     def __init__(self, doing: str) -> None:

@@ -219,7 +219,7 @@ class CliTest(SceneTest):
         )
         for arguments in (("pose",), ("bake",), ("bake", "--frame", 1)):
             self.assert_failed(reasons, *arguments, self.input, "-o", self.output)
-            self.assertEqual(module("core.sessions").acts, {})
+            self.assertEqual(module("core.sessions").locks, {})
         self.assertEqual(list(self.folder.glob(".*")), [])
         self.assertFalse(self.output.exists())
 

@@ -34,7 +34,7 @@ class EarsTest(SceneTest):
             child.parent = top
             bpy.context.scene.collection.objects.link(child)
         mesh_object()
-        module("scene.remembered").owner_of(bpy.context.view_layer, top)
+        module("scene.ui_cache").owner_of(bpy.context.view_layer, top)
         (handler,) = own_handlers("depsgraph_update_post")
         calls = []
 

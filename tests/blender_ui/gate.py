@@ -62,8 +62,8 @@ def held_settling(tracker_class: Any) -> Iterator[Gate]:
     gate = Gate()
     take = tracker_class._take
 
-    def unsettled_take(tracker: Any, readout: Any) -> None:
-        take(tracker, readout)
+    def unsettled_take(tracker: Any, stats: Any) -> None:
+        take(tracker, stats)
         tracker.is_settled = False
 
     def held_refine(_tracker: Any, _time_limit_s: float) -> None:

@@ -107,8 +107,8 @@ class Ui:
     @property
     def running(self) -> dict[str, Any]:
         """The acts under way, by the names of their objects."""
-        found = {uid: self.known.find(uid) for uid in self.sessions.acts}
-        return {obj.name if obj else str(uid): self.sessions.acts[uid] for uid, obj in found.items()}
+        found = {uid: self.known.find(uid) for uid in self.sessions.locks}
+        return {obj.name if obj else str(uid): self.sessions.locks[uid] for uid, obj in found.items()}
 
     def session_of(self, name: str) -> Any:
         """The live session of the object of that name, with what it was made from."""

@@ -33,7 +33,7 @@ OPERATORS = (
     "solve", "bake_pose", "reset_pose", "reset_handles", "apply_pose_as_rest", "pin_add", "handle_add",
     "control_remove", "pull_tool", "pull_make_real", "pull_release", "poses_store", "poses_apply", "poses_mirror",
     "poses_delete", "poses_to_keys", "rigid_add", "stiffness_add", "stiffness_remove", "group_soften", "group_paint",
-    "select_unheld", "cage_make",
+    "select_free_parts", "cage_make",
 )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from test_overlay import show_all
 from test_pose import bar, begin, drag, handle, select_vertices
 from test_weight_paint import take_brush
 
-PANELS = ("entry", "stiffness", "readout", "advanced")
+PANELS = ("entry", "stiffness", "stats", "advanced")
 
 
 def test_all_is_drawn(ui: Ui) -> Steps:
@@ -61,7 +61,7 @@ def draw_states_of_the_tab(ui: Ui) -> Steps:
 def draw_settings(ui: Ui) -> Steps:
     """Rigidity and Exact show with the energy they belong to, Cube Size with a solid; so does what nothing holds."""
     scenes.add_bar_with_handle(ui.api)
-    ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
+    ui.api.add_handle(bar(), [24], name="Point", use_exact=True)
     ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)
     bar().data.vertices.add(1)
     assert ui.api.solve(bar()).loose_vertices == 1
@@ -147,7 +147,7 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     handle().location.x = 1.0
     yield from ui.key("RET")
     yield from ui.until(
-        lambda: ui.sessions.readout(bar().session_uid) is not None,
+        lambda: ui.sessions.stats(bar().session_uid) is not None,
         "the search has run ARAP Solve",
     )
 
@@ -159,9 +159,9 @@ def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
     yield from ui.key("TAB")
     select_vertices(bar(), list(range(16, 32)))
     bpy.ops.ed.undo_push(message="selected")
-    yield from add_and_adjust(ui, bpy.ops.arap.handle_add, "handles", "OBJECT", name="Nose", is_exact=True)
+    yield from add_and_adjust(ui, bpy.ops.arap.handle_add, "handles", "OBJECT", name="Nose", use_exact=True)
     yield from add_and_adjust(ui, bpy.ops.arap.pin_add, "pins", name="Heel")
-    yield from add_and_adjust(ui, bpy.ops.arap.rigid_add, "stiffness", name="Helmet", is_one_body=True)
+    yield from add_and_adjust(ui, bpy.ops.arap.rigid_add, "stiffness", name="Helmet", use_single_body=True)
     yield from add_and_adjust(ui, bpy.ops.arap.stiffness_add, "stiffness", name="Belly")
     yield from ui.key("TAB")
     bar().vertex_groups.clear()  # or there is a dialog first
@@ -279,10 +279,10 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
             yield from ui.key("ESC")
             yield from ui.until_free()
         assert obj.data.shape_keys is None
-        assert ui.sessions.readout(obj.session_uid) is None
+        assert ui.sessions.stats(obj.session_uid) is None
     ui.call(bpy.ops.arap.solve)
     yield from ui.until_free()
-    assert ui.sessions.readout(obj.session_uid) is not None
+    assert ui.sessions.stats(obj.session_uid) is not None
     np.testing.assert_allclose(scenes.shown_positions(obj)[-20:, 2], 1.0, atol=1e-4)
     yield
     yield from ui.undo()

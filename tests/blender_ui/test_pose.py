@@ -130,7 +130,7 @@ def test_handles_pose_enter_undo_redo(ui: Ui) -> Steps:
     yield from ui.redo()
     np.testing.assert_allclose(scenes.key_positions(bar()), posed, atol=NEAR)
     assert abs(handle().location.x - 1.0) < NEAR
-    assert bar().arap.pose_act == 0
+    assert bar().arap.interaction_number == 0
 
 
 def test_enter_and_esc_over_another_editor_are_its_own(ui: Ui) -> Steps:
@@ -297,7 +297,9 @@ def test_esc_while_binding(ui: Ui) -> Steps:
         assert obj.data.shape_keys is None
         yield from ui.until_no_bar()
     yield from ui.undo()  # passes over the act, and over nothing else
-    yield from ui.until(lambda: bpy.data.objects["Grid"].arap.pose_act == 0, "the undo has passed over the act")
+    yield from ui.until(
+        lambda: bpy.data.objects["Grid"].arap.interaction_number == 0, "the undo has passed over the act"
+    )
     assert bpy.context.scene["step"] == 2
     yield from ui.undo()
     assert bpy.context.scene["step"] == 1

@@ -151,9 +151,9 @@ def test_pull_is_drawn(ui: Ui) -> Steps:
 
     handler = bpy.types.SpaceView3D.draw_handler_add(count, (), "WINDOW", "POST_VIEW")
     for i in range(5):
-        before, readout = n_drawn, ui.running["Grid"].readout
+        before, stats = n_drawn, ui.running["Grid"].stats
         yield from drag_to(ui, (0.4 + 0.05 * i, 0.0, 0.0), 1)
-        yield from ui.until(lambda readout=readout: ui.running["Grid"].readout is not readout, "the mesh follows")
+        yield from ui.until(lambda stats=stats: ui.running["Grid"].stats is not stats, "the mesh follows")
         yield from ui.until(lambda before=before: n_drawn > before, "the view is drawn")
     bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
     yield from release(ui)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from arap_deform.core.session_data import Readout
+from arap_deform.core.session_data import SolveStats
 
 
-def readout(stop_reason: str = "max_iterations", iterations: int = 4) -> Readout:
-    return Readout(
+def stats(stop_reason: str = "max_iterations", iterations: int = 4) -> SolveStats:
+    return SolveStats(
         vertices=8, free_vertices=4, last_ms=1.0, iterations=iterations, energy=0.0, energy_before=0.0, step=0.0,
         stop_reason=stop_reason, parts_at_rest=0, loose_vertices=0, outside=(), bind_ms=0.0, factor_ms=0.0,
     )  # fmt: skip
@@ -89,21 +89,21 @@ class FakeEngineScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> SolveStats:
         self.limits.append((iterations, time_limit_s))
         return self.solved("follow" if iterations is None else "refine")
 
-    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> SolveStats:
         self.limits.append((None, time_limit_s))
         return self.solved("from rest")
 
-    def solved(self, call: str) -> Readout:
+    def solved(self, call: str) -> SolveStats:
         if self.error is not None:
             raise self.error
         self.calls.append(call)
         self.is_other = False
         self.needed_updates -= 1
-        return readout("max_iterations" if self.needed_updates > 0 else "converged")
+        return stats("max_iterations" if self.needed_updates > 0 else "converged")
 
     @property
     def iteration_limit(self) -> int:

@@ -42,7 +42,7 @@ class Binding(EndedByEsc):
     def wait(self) -> Wait | None:
         return None if is_rendering() else wait_for_bind(self._name, self, ends_on_esc=is_free())
 
-    def give_up(self) -> str:
+    def cancel(self) -> str:
         pair = problems.pair_of(self._uid)
         if pair is None:
             return ""

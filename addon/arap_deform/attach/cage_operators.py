@@ -10,13 +10,13 @@ import bpy
 from bpy.props import IntProperty
 
 from ..pose.job_operator import JobOperator
-from ..ui.checks import posed_object, select_alone, why_not_changeable, why_not_object_mode
+from ..ui.checks import arap_object, select_alone, why_not_changeable, why_not_object_mode
 from .cage import CELLS, CageJob
 
 
 def why_no_cage_here(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Object Mode."""
-    return why_not_changeable(context) or why_not_object_mode(posed_object(context))
+    return why_not_changeable(context) or why_not_object_mode(arap_object(context))
 
 
 class ARAP_OT_cage_make(JobOperator, bpy.types.Operator):
@@ -27,7 +27,7 @@ class ARAP_OT_cage_make(JobOperator, bpy.types.Operator):
         "mesh"
     )
     bl_options = {"REGISTER", "UNDO"}
-    act_name = "Make Cage"
+    task_name = "Make Cage"
     why_not = staticmethod(why_no_cage_here)
 
     cells: IntProperty(

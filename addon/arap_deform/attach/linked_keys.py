@@ -59,7 +59,7 @@ def why_hidden(host: bpy.types.Object, attached: bpy.types.Object) -> str:
 
 
 def make(host: bpy.types.Object, attached: bpy.types.Object, name: str, shape: Float32s) -> bpy.types.ShapeKey:
-    """Makes the key that is linked to the host's key of that name. The caller calls tell_changed().
+    """Makes the key that is linked to the host's key of that name. The caller calls notify_keys_changed().
 
     Args:
         attached: has a reference key.
@@ -98,7 +98,7 @@ def release_renamed(host: bpy.types.Object, attached: bpy.types.Object) -> None:
             linked.name = key.name
             linked_keys.remove(index)
     if len(linked_keys) < n_before:
-        shape_keys.tell_changed(attached)
+        shape_keys.notify_keys_changed(attached)
 
 
 def keep_only(attached: bpy.types.Object, names: Iterable[str]) -> None:

@@ -12,8 +12,8 @@ from bpy.props import BoolProperty
 from ..core.naming import counted, listed
 from ..ui.checks import (
     ArapOperator,
+    arap_object,
     check_visible,
-    posed_object,
     select_alone,
     why_not_changeable,
     why_not_idle,
@@ -38,20 +38,20 @@ def selected_besides(context: bpy.types.Context, host: bpy.types.Object) -> list
 
 def why_no_host(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Object Mode."""
-    return why_not_changeable(context) or why_not_object_mode(posed_object(context))
+    return why_not_changeable(context) or why_not_object_mode(arap_object(context))
 
 
 def why_nothing_attached(context: bpy.types.Context) -> str:
     """As why_not_idle(). Something must be attached to the mesh, or the mesh to something."""
     reason = why_not_idle(context)
-    if reason or posed_object(context).arap.attachments or owner_of(posed_object(context)) is not None:
+    if reason or arap_object(context).arap.attachments or owner_of(arap_object(context)) is not None:
         return reason
     return "Nothing is attached to this mesh"
 
 
 def why_no_host_of_it(context: bpy.types.Context) -> str:
     """As why_no_host(). The mesh must be attached to another one."""
-    return why_no_host(context) or ("" if host_of(posed_object(context)) else "This mesh is attached to nothing")
+    return why_no_host(context) or ("" if host_of(arap_object(context)) else "This mesh is attached to nothing")
 
 
 def attached_text(host: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> str:
@@ -68,7 +68,7 @@ class ARAP_OT_attach(ArapOperator, bpy.types.Operator):
     )
     why_not = staticmethod(why_no_host)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         objects = selected_besides(context, obj) or find_near(obj, context.view_layer)
         if not objects:
             raise ValueError(f"No other mesh is near '{obj.name}': select what should follow, then it, and Attach")
@@ -92,7 +92,7 @@ class ARAP_OT_detach(ArapOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         owner, stand_in = owner_of(obj), stand_in_of(obj)
         if self.use_all and stand_in is not None:
             _remove(context, stand_in)
@@ -123,7 +123,7 @@ class ARAP_OT_host_select(ArapOperator, bpy.types.Operator):
     why_not = staticmethod(why_no_host_of_it)
     ends_itself = True
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         host = moving_mesh(obj)
         check_visible(host)
         select_alone(context, host)

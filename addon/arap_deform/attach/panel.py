@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..ui.checks import posed_object
+from ..ui.checks import arap_object
 from ..ui.panels import ArapSubPanel, draw_text, split_column
 from . import states
 from .operators import selected_besides
@@ -48,7 +48,7 @@ class ARAP_PT_attach(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = posed_object(context)
+        obj = arap_object(context)
         settings = obj.arap
         host = owner_of(obj)
         left_out = left_out_text(obj)

@@ -40,7 +40,7 @@ class ARAP_OT_stand_in_make(JobOperator, bpy.types.Operator):
         "mesh that stands for them"
     )
     bl_options = {"REGISTER", "UNDO"}
-    act_name = "Make Stand-in"
+    task_name = "Make Stand-in"
     why_not = staticmethod(why_not_together)
     ends_itself = True
 

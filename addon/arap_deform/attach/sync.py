@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core import native
 from ..core.arrays import Float32s
-from ..engine.act import print_fault
+from ..engine.interaction import print_fault
 from ..scene import meshes, shape_keys, versions
 from ..scene.console import say
 from . import linked_keys, problems, states, wraps
@@ -91,7 +91,7 @@ def sync(host: bpy.types.Object, attachment: ArapAttachment, *, may_wait: bool =
         positions = versions.read_key(shape_keys.find(host, name))
         is_any_new |= _write(host, attachment, name, positions, may_wait=may_wait)
     if is_any_new:
-        shape_keys.tell_changed(attached)
+        shape_keys.notify_keys_changed(attached)
 
 
 def write(
@@ -107,7 +107,7 @@ def write(
         ValueError: there is no reference key any more, or as wraps.bound().
     """
     if _write(host, attachment, name, positions, may_wait=may_wait):
-        shape_keys.tell_changed(attachment.object)
+        shape_keys.notify_keys_changed(attachment.object)
 
 
 def _write(

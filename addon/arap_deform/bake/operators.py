@@ -12,8 +12,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ..core import native
 from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
-from ..scene import baked, meshes, remembered, versions
-from ..ui.checks import ArapOperator, posed_object, why_baked, why_no_pose, why_not_idle, why_not_solvable
+from ..scene import baked, meshes, ui_cache, versions
+from ..ui.checks import ArapOperator, arap_object, why_baked, why_no_pose, why_not_idle, why_not_solvable
 from ..ui.panels import draw_text_in_dialog, split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
@@ -38,7 +38,7 @@ class ARAP_OT_bake_pose(ArapOperator, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         return set(context.window_manager.invoke_props_dialog(self))
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         key = bake_pose(obj, name=self.name)
         self.report({"INFO"}, f"Baked to shape key '{key.name}'")
 
@@ -57,7 +57,7 @@ class FramesOperator(JobOperator):
 
     def propose_range(self, context: bpy.types.Context) -> None:
         """Fills in the frames that the caller has not set."""
-        start, end = proposed_range(posed_object(context), context.scene)
+        start, end = proposed_range(arap_object(context), context.scene)
         if not self.properties.is_property_set("frame_start"):
             self.frame_start = start
         if not self.properties.is_property_set("frame_end"):
@@ -117,7 +117,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         within.prop(self, "fewest_keys_percent")
         if self.use_fewest_keys:
             self.draw_size(context, lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
-        self.draw_size(context, lambda: self._size_text(posed_object(context)), "SHAPEKEY_DATA")
+        self.draw_size(context, lambda: self._size_text(arap_object(context)), "SHAPEKEY_DATA")
 
     def _size_text(self, obj: bpy.types.Object) -> str:
         n = n_frames(*self.frame_range)
@@ -126,7 +126,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         return f"{'Up to ' if self.use_fewest_keys else ''}{BakeEstimate(n, len(obj.data.vertices))}"
 
     def _tolerance_text(self, context: bpy.types.Context) -> str:
-        size = remembered.diagonal(posed_object(context), meshes.drawn_depsgraph(context))
+        size = ui_cache.diagonal(arap_object(context), meshes.drawn_depsgraph(context))
         return versions.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
 
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> BakeJob:
@@ -140,7 +140,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
 def why_not_baked(context: bpy.types.Context) -> str:
     """As why_not_idle(). A bake must show in place of the pose."""
     lack = "No bake is shown: the mesh can be posed"
-    return why_not_idle(context) or ("" if why_baked(posed_object(context)) else lack)
+    return why_not_idle(context) or ("" if why_baked(arap_object(context)) else lack)
 
 
 class ARAP_OT_edit_again(ArapOperator, bpy.types.Operator):
@@ -155,7 +155,7 @@ class ARAP_OT_edit_again(ArapOperator, bpy.types.Operator):
         description="Remove the shape keys of all bakes of this mesh. Off: mute them until the next bake replaces them",
     )
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         baked.edit_again(obj, is_removing=self.is_removing)
 
 
@@ -163,7 +163,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
     bl_idname = "arap.export_mesh_cache"
     bl_label = "Export Mesh Cache"
     bl_description = "Solve each frame and write it to a file for the Mesh Cache modifier: for shots too long to bake"
-    act_name = "Export"
+    task_name = "Export"
 
     filepath: StringProperty(name="File", description="The .mdd or .pc2 file to write", subtype="FILE_PATH")
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
@@ -179,7 +179,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         self.propose_range(context)
         if not self.filepath:
             folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()
-            self.filepath = str(folder / bpy.path.clean_name(posed_object(context).name))
+            self.filepath = str(folder / bpy.path.clean_name(arap_object(context).name))
         self.check(context)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
@@ -200,7 +200,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         layout.prop(self, "cache_format")
         self.draw_range(layout)
         layout.prop(self, "add_modifier")
-        self.draw_size(context, lambda: self._size_text(posed_object(context)), "FILE_CACHE")
+        self.draw_size(context, lambda: self._size_text(arap_object(context)), "FILE_CACHE")
 
     def _size_text(self, obj: bpy.types.Object) -> str:
         check_range(*self.frame_range)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..scene import baked
-from ..ui.checks import posed_object
+from ..ui.checks import arap_object
 from ..ui.panels import ArapSubPanel
 
 
@@ -16,7 +16,7 @@ class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        if baked.is_shown(posed_object(context)):
+        if baked.is_shown(arap_object(context)):
             row = self.layout.row(align=True)
             row.scale_y = 1.3
             row.operator("arap.edit_again", icon="GREASEPENCIL")

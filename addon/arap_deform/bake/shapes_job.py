@@ -15,7 +15,7 @@ from ..core.arrays import Float32s, Floats
 from ..core.background import Background
 from ..core.job import STEP_S
 from ..core.session import Session
-from ..core.session_data import Readout, readout_of_whole
+from ..core.session_data import SolveStats, stats_of_whole
 from ..core.session_input import SessionInput
 from ..engine import mesh
 from ..scene import known, meshes
@@ -39,7 +39,7 @@ class ShapesJob(ABC, Generic[Result]):
     doing: str  # for messages, see sessions.Act
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, n_shapes: int) -> None:
-        """``obj`` is checked. Raises RuntimeError if an act uses it."""
+        """``obj`` is checked. Raises RuntimeError if a task uses it."""
         sessions.check_free(obj)
         self.uid = known.add(obj)
         self.object_name: str = obj.name  # for messages
@@ -47,7 +47,7 @@ class ShapesJob(ABC, Generic[Result]):
         self._scene_uid, self._scene_name = scene.session_uid, scene.name
         self._n_done = 0
         self._is_done = False
-        self._parts: list[Readout] = []  # of the shape being solved
+        self._parts: list[SolveStats] = []  # of the shape being solved
         self._matrices: Floats | None = None
         self._live_session: Session | None = None
         self._has_bound = False  # the live session was made here
@@ -56,14 +56,14 @@ class ShapesJob(ABC, Generic[Result]):
         self._bind: Background[Session] | None = None
         self.takers: list[Callable[[Float32s], None]] = [self._take]
         """Called with each solved shape, (n, 3). The next solve writes over the array."""
-        self.readouts: list[Readout] = []
+        self.all_stats: list[SolveStats] = []
         """One for each solved shape."""
         self._inputs = read_input(obj, depsgraph_of(scene))
         self._check_ready(obj, depsgraph_of(scene))
         session = mesh.fitting(obj, self._inputs)
         if session is not None:
             self._take_live(session)
-        sessions.claim(obj, self)
+        sessions.lock(obj, self)
 
     @property
     def fraction(self) -> float:
@@ -72,7 +72,7 @@ class ShapesJob(ABC, Generic[Result]):
     @property
     def n_unsettled(self) -> int:
         """The number of solved shapes that have not converged."""
-        return sum(readout.stop_reason != "converged" for readout in self.readouts)
+        return sum(stats.stop_reason != "converged" for stats in self.all_stats)
 
     @property
     def warning(self) -> str:
@@ -122,7 +122,7 @@ class ShapesJob(ABC, Generic[Result]):
             job = f"The {self.noun} of '{self.object_name}'"
             raise RuntimeError(f"{job} is not done: call step() until it returns False")
         result = self._write(self._object())
-        sessions.set_readout(self.uid, self.readouts[-1])
+        sessions.set_stats(self.uid, self.all_stats[-1])
         self._go_back()
         return result
 
@@ -202,7 +202,7 @@ class ShapesJob(ABC, Generic[Result]):
     def _end_shape(self, session: Session) -> None:
         for take in self.takers:
             take(session.positions)
-        self.readouts.append(readout_of_whole(self._parts))
+        self.all_stats.append(stats_of_whole(self._parts))
         self._parts = []
         self._matrices = None
         self._n_done += 1
@@ -210,7 +210,7 @@ class ShapesJob(ABC, Generic[Result]):
     def _go_back(self) -> None:
         if self._live_session is not None and self._live_positions is not None:
             self._live_session.set_positions(self._live_positions)
-        sessions.release(self.uid, self)
+        sessions.unlock(self.uid, self)
         if self._has_bound:
             sessions.drop_idle(self.uid)
 

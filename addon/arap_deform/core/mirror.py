@@ -86,7 +86,7 @@ class Copy:
     centre: Floats
 
 
-class Whole:
+class MirroredMesh:
     """The mesh with its images, welded at the planes. The mesh's own vertices come first.
 
     Attributes:
@@ -238,9 +238,9 @@ def _reversed(corners: Ints, sizes: Ints, is_off: NDArray[np.bool_]) -> tuple[In
     return corners[order][np.repeat(is_kept, sizes)], sizes[is_kept]
 
 
-def completed(mesh: SessionMesh, mirrors: Sequence[Mirror], stretch: Floats) -> tuple[SessionMesh, Whole | None]:
+def completed(mesh: SessionMesh, mirrors: Sequence[Mirror], stretch: Floats) -> tuple[SessionMesh, MirroredMesh | None]:
     """The mesh with its images; the mesh itself and None without mirrors. ``mirrors``: used_mirrors()."""
-    whole = Whole(mesh, mirrors, stretch) if mirrors else None
+    whole = MirroredMesh(mesh, mirrors, stretch) if mirrors else None
     return (mesh if whole is None else whole.mesh), whole
 
 

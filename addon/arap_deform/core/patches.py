@@ -100,7 +100,7 @@ def points_of(specs: Sequence[HandleSpec], surface: Surface) -> list[Point]:
     large: list[_Piece] = []
     for i, spec in enumerate(specs):
         vertices = spec.vertices
-        is_candidate = not spec.is_exact and len(vertices) and spec.weights.min() >= 1.0
+        is_candidate = not spec.use_exact and len(vertices) and spec.weights.min() >= 1.0
         if is_candidate and surface.has_face[vertices].all():
             ball = Ball.about(surface.seen[vertices])
             (small if ball.radius < radius else large).append(_Piece(i, vertices, ball, least_reach=0.0))

@@ -23,7 +23,7 @@ from .loose.parts import LooseParts
 from .mirror import Copy, Mirror, completed
 from .naming import listed
 from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
-from .session_data import OF_BIND, Readout, SessionMesh, SessionSettings
+from .session_data import OF_BIND, SessionMesh, SessionSettings, SolveStats
 from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
 from .transforms import SolverSpace
 
@@ -77,7 +77,7 @@ class Session:
         session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
         parts = session._model.part_of_vertex
         session._own_parts = np.unique(parts[: session.n_vertices])
-        if settings.loose_follow and session._model.n_parts > 1:
+        if settings.use_loose_parts and session._model.n_parts > 1:
             images = () if whole is None else whole.permutations()
             session._loose = LooseParts(session._surface, parts, rigid_regions, images)
             session._solved = np.empty_like(session._positions)  # the solver does not know where they go
@@ -158,7 +158,7 @@ class Session:
 
     @property
     def patches(self) -> Patches:
-        """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
+        """What the point handles hold; of a completed mesh see mirror.MirroredMesh.specs()."""
         return self._point_patches
 
     @property
@@ -312,7 +312,7 @@ class Session:
         time_limit_s: float | None = None,
         sufficient_accuracy: float = 0.0,
         progress: Progress | None = None,
-    ) -> Readout:
+    ) -> SolveStats:
         """Moves the mesh after its handles.
 
         Args:
@@ -334,7 +334,7 @@ class Session:
         call = self._solve_call(matrices, iterations, initial_guess, to_convergence, time_limit_s, sufficient_accuracy)
         return self._take(self._model.solve(**call, progress=progress), start)
 
-    def updating(self, matrices: Floats, *, initial_guess: str, to_convergence: bool) -> Steps[Readout]:
+    def updating(self, matrices: Floats, *, initial_guess: str, to_convergence: bool) -> Steps[SolveStats]:
         """As update(), in the background. If the work is dropped, the mesh is where it was."""
         start = time.perf_counter()
         call = self._solve_call(matrices, initial_guess=initial_guess, to_convergence=to_convergence)
@@ -371,7 +371,7 @@ class Session:
             "out": self._solved,
         }
 
-    def _take(self, result: arap_native.SolveResult, start: float) -> Readout:
+    def _take(self, result: arap_native.SolveResult, start: float) -> SolveStats:
         """Shows the result of a solve that began at ``start``."""
         assert self._map is not None
         if result.stop_reason == "cancelled":
@@ -382,7 +382,7 @@ class Session:
         self._at_rest = at_rest
         self._show_solved()
         n = self._n_own
-        return Readout(
+        return SolveStats(
             vertices=n,
             free_vertices=n - int((self._map.vertices < n).sum()),
             last_ms=_ms_since(start),

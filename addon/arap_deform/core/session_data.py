@@ -55,7 +55,7 @@ class SessionSettings:
     accuracy: float = 1e-6
     threads: int = 0
     join_seams: bool = False
-    loose_follow: bool = True
+    use_loose_parts: bool = True
 
     @property
     def of_bind(self) -> tuple[object, ...]:
@@ -63,7 +63,7 @@ class SessionSettings:
         radius = self.rigidity_radius if self.has_radius else None
         of_solid = (self.cube_size, self.keep_volume)
         of_model = of_solid if self.model == "solid" else (self.energy, radius, self.weights)
-        return self.model, *of_model, self.threads, self.join_seams, self.loose_follow
+        return self.model, *of_model, self.threads, self.join_seams, self.use_loose_parts
 
     @property
     def has_radius(self) -> bool:
@@ -72,7 +72,7 @@ class SessionSettings:
 
 
 @dataclass(frozen=True)
-class Readout:
+class SolveStats:
     """What the last solve did.
 
     Attributes:
@@ -99,8 +99,8 @@ class Readout:
     factor_ms: float
 
 
-def readout_of_whole(parts: Sequence[Readout]) -> Readout:
-    """One readout for a solve that was done in several updates."""
+def stats_of_whole(parts: Sequence[SolveStats]) -> SolveStats:
+    """One stats for a solve that was done in several updates."""
     return replace(
         parts[-1],
         energy_before=parts[0].energy_before,

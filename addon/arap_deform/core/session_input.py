@@ -23,23 +23,23 @@ Counts = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True)
-class GroupHold:
-    """A pin or handle that holds the vertices of a vertex group.
+class VertexConstraint:
+    """A pin or handle, which constrains the vertices of a vertex group.
 
     Attributes:
-        is_exact, reach: see HandleSpec.
+        use_exact, reach: see HandleSpec.
         base_id: a number that changes with its base; 0: the mesh at rest.
     """
 
     group: str
-    is_exact: bool = True
+    use_exact: bool = True
     reach: float = 0.0
     base_id: int = 0
 
 
 @dataclass(frozen=True)
-class BoneHold:
-    """A handle that holds what its bone passes through.
+class BoneConstraint:
+    """A bone, which constrains what it passes through.
 
     Attributes:
         ends: head and tail at rest, object space.
@@ -49,9 +49,9 @@ class BoneHold:
     ends: tuple[float, ...]
 
 
-Hold = GroupHold | BoneHold
-"""What a pin or handle holds. Another kind is another class here, and a branch in holds_of() of scene.snapshot and in
-spec_of() of scene.inputs."""
+Constraint = VertexConstraint | BoneConstraint
+"""What a control constrains. Another kind is another class here, and a branch in constraints_of() of scene.snapshot and
+in spec_of() of scene.inputs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +61,7 @@ class SceneState:
     Attributes:
         counts: of vertices, edges, corners and faces.
         stretch: (3, 3) float64, see transforms.stretch_of().
-        holds: of the enabled pins, then of the enabled handles.
+        constraints: of the enabled pins, then of the enabled handles.
         key_name: the shape key that takes the pose.
         mirrors: planes of the Mirror modifier that complete the mesh.
     """
@@ -70,7 +70,7 @@ class SceneState:
     counts: Counts
     stretch: Floats
     settings: SessionSettings
-    holds: tuple[Hold, ...]
+    constraints: tuple[Constraint, ...]
     stiff_groups: tuple[StiffGroup, ...] = ()
     key_name: str = ""
     mirrors: tuple[Mirror, ...] = ()
@@ -141,7 +141,7 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
         return key_differs(new.object_name)  # the pose would show twice, in the former key and in this one
     if old.counts != new.counts:
         return counts_differ(new.object_name, old.counts, new.counts)
-    if old.holds != new.holds:
+    if old.constraints != new.constraints:
         return f"The pins or handles of '{new.object_name}' have changed"
     if old.stiff_groups != new.stiff_groups:
         return f"The stiffness of '{new.object_name}' has changed"

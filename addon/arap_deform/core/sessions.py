@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live sessions of objects: how one is made, which act has a mesh, what the last solve did. No Blender data.
+"""The live sessions of objects: how one is made, which task has a mesh, what the last solve did. No Blender data.
 
 They are kept by the session_uid of the object: references to Blender's objects do not survive an undo.
 """
@@ -15,7 +15,7 @@ from typing import Protocol
 from . import native
 from .background import Steps, part
 from .session import Session
-from .session_data import Readout
+from .session_data import SolveStats
 from .session_input import SessionInput, difference_of_bind
 
 
@@ -34,7 +34,7 @@ class Identified(Protocol):
     name: str
 
 
-class Act(Protocol):
+class Lock(Protocol):
     """Something that has a mesh for itself."""
 
     @property
@@ -42,8 +42,8 @@ class Act(Protocol):
         """What goes on: 'it is baked', for example."""
 
 
-acts: dict[int, Act] = {}
-"""The acts under way, by uid of the object. Read it; only claim() and release() change it."""
+locks: dict[int, Lock] = {}
+"""The locks under way, by uid of the object. Read it; only claim() and release() change it."""
 
 LARGE_VERTICES = 10_000  # with fewer, what is freed is not worth the trimming
 IDLE_VERTICES = 100_000
@@ -51,7 +51,7 @@ IDLE_VERTICES = 100_000
 
 _bound: dict[int, Bound] = {}  # the last one that was put is the last
 _holders: set[tuple[int, str]] = set()  # uids of objects, and who comes back to their sessions
-_readouts: dict[int, Readout] = {}
+_stats: dict[int, SolveStats] = {}
 
 
 def get(uid: int) -> Bound | None:
@@ -64,7 +64,7 @@ def put(uid: int, bound: Bound) -> None:
     _bound[uid] = bound
     n_idle, too_much = 0, []
     for other in reversed(_bound):
-        if not _is_held(other) and other not in acts:
+        if not _is_held(other) and other not in locks:
             n_idle += _bound[other].inputs.counts[0]
             if n_idle > IDLE_VERTICES and other != uid:
                 too_much.append(other)
@@ -72,11 +72,11 @@ def put(uid: int, bound: Bound) -> None:
 
 
 def hold(uid: int, who: str) -> None:
-    """The session of the object is not idle until let_go(): somebody, Follow for example, comes back to it."""
+    """The session of the object is not idle until release(): somebody, Follow for example, comes back to it."""
     _holders.add((uid, who))
 
 
-def let_go(uid: int, who: str) -> None:
+def release(uid: int, who: str) -> None:
     _holders.discard((uid, who))
 
 
@@ -85,7 +85,7 @@ def _is_held(uid: int) -> bool:
 
 
 def drop(uid: int) -> None:
-    """Forgets the session, which may still be in use elsewhere; its readout stays for the panel."""
+    """Forgets the session, which may still be in use elsewhere; its stats stays for the panel."""
     _bound.pop(uid, None)
 
 
@@ -113,11 +113,11 @@ def _trim() -> None:
 
 
 def forget(uids: Iterable[int]) -> None:
-    """Forgets sessions and readouts of objects that are gone. An act ends by itself."""
+    """Forgets sessions and all_stats of objects that are gone. A task ends by itself."""
     gone = set(uids)
     _give_back(gone)
     for uid in gone:
-        _readouts.pop(uid, None)
+        _stats.pop(uid, None)
     _holders.difference_update([holder for holder in _holders if holder[0] in gone])
 
 
@@ -125,39 +125,39 @@ def clear() -> None:
     """Forgets everything: another file was loaded."""
     _give_back(list(_bound))
     _holders.clear()
-    _readouts.clear()
-    acts.clear()
+    _stats.clear()
+    locks.clear()
 
 
 def check_free(obj: Identified) -> None:
-    """Raises RuntimeError if an act has the mesh for itself."""
-    if obj.session_uid in acts:
-        raise RuntimeError(f"Wait for '{obj.name}': {acts[obj.session_uid].doing}")
+    """Raises RuntimeError if a task has the mesh for itself."""
+    if obj.session_uid in locks:
+        raise RuntimeError(f"Wait for '{obj.name}': {locks[obj.session_uid].doing}")
 
 
-def claim(obj: Identified, act: Act) -> None:
-    """The act has the mesh for itself from now on, until release(): Follow waits. Raises as check_free()."""
+def lock(obj: Identified, holder: Lock) -> None:
+    """The task has the mesh for itself from now on, until unlock(): Follow waits. Raises as check_free()."""
     check_free(obj)
-    acts[obj.session_uid] = act
+    locks[obj.session_uid] = holder
 
 
-def release(uid: int, act: Act) -> None:
-    """Does nothing if the act does not have the mesh, as after another file was loaded."""
-    if acts.get(uid) is act:
-        del acts[uid]
+def unlock(uid: int, holder: Lock) -> None:
+    """Does nothing if the task does not have the mesh, as after another file was loaded."""
+    if locks.get(uid) is holder:
+        del locks[uid]
 
 
-def claimed_by(uid: int) -> str:
-    """What is done with the mesh, '' if no act has it for itself."""
-    return acts[uid].doing if uid in acts else ""
+def locked_by(uid: int) -> str:
+    """What is done with the mesh, '' if no task has it for itself."""
+    return locks[uid].doing if uid in locks else ""
 
 
-def readout(uid: int) -> Readout | None:
-    return _readouts.get(uid)
+def stats(uid: int) -> SolveStats | None:
+    return _stats.get(uid)
 
 
-def set_readout(uid: int, value: Readout) -> None:
-    _readouts[uid] = value
+def set_stats(uid: int, value: SolveStats) -> None:
+    _stats[uid] = value
 
 
 def build(inputs: SessionInput) -> Steps[Session]:

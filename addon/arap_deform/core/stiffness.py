@@ -25,14 +25,14 @@ class StiffGroup:
     Attributes:
         group: the vertex group.
         factor: stiffness at weight 1, normal is 1.
-        is_rigid: the group moves as a body; ``factor`` does not count.
-        is_one_body: the whole group is one body, joined or not; else each connected piece is one.
+        use_rigid: the group moves as a body; ``factor`` does not count.
+        use_single_body: the whole group is one body, joined or not; else each connected piece is one.
     """
 
     group: str
     factor: float = 100.0
-    is_rigid: bool = False
-    is_one_body: bool = False
+    use_rigid: bool = False
+    use_single_body: bool = False
 
 
 def stiffness_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats]) -> Floats | None:
@@ -45,7 +45,7 @@ def stiffness_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats]) -
         entries: of the list.
         weights: (n,) by group.
     """
-    powers = [entry.factor ** np.clip(weights[entry.group], 0.0, 1.0) for entry in entries if not entry.is_rigid]
+    powers = [entry.factor ** np.clip(weights[entry.group], 0.0, 1.0) for entry in entries if not entry.use_rigid]
     return np.maximum.reduce(powers) if powers else None
 
 
@@ -60,22 +60,22 @@ def regions_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats], mes
         weights: (n,) by group; from RIGID_WEIGHT on a vertex belongs to it.
         mesh: whose faces say what is connected.
     """
-    rigid = [entry for entry in entries if entry.is_rigid]
+    rigid = [entry for entry in entries if entry.use_rigid]
     if not rigid:
         return None
     first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
-    is_rigid = np.zeros(len(mesh.rest_positions), dtype=bool)
+    use_rigid = np.zeros(len(mesh.rest_positions), dtype=bool)
     links = []
     for entry in rigid:
         is_inside = weights[entry.group] >= RIGID_WEIGHT
-        is_rigid |= is_inside
-        if entry.is_one_body:
+        use_rigid |= is_inside
+        if entry.use_single_body:
             members = np.flatnonzero(is_inside).astype(first.dtype)
             links.append((members[:-1], members[1:]))
         else:
             is_within = is_inside[first] & is_inside[second]
             links.append((first[is_within], second[is_within]))
     ones, others = zip(*links, strict=True)
-    labels = connected_labels(len(is_rigid), np.concatenate(ones), np.concatenate(others))
-    _, regions = np.unique(np.where(is_rigid, labels, -1), return_inverse=True)
-    return np.where(is_rigid, regions, -1).astype(np.int32)
+    labels = connected_labels(len(use_rigid), np.concatenate(ones), np.concatenate(others))
+    _, regions = np.unique(np.where(use_rigid, labels, -1), return_inverse=True)
+    return np.where(use_rigid, regions, -1).astype(np.int32)

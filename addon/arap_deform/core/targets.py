@@ -44,7 +44,7 @@ class HandleSpec:
         name: for messages.
         vertices: (k,) int32.
         weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
-        is_exact: holds its vertices, however few. Else it may be a point handle, see patches.
+        use_exact: holds its vertices, however few. Else it may be a point handle, see patches.
         base: (n, 3) the whole mesh while the handle has not moved; None: at rest.
         reach: of the patch of a point handle, in rigidity radii; 0: as far as other handles let it reach.
         segment: holds this, for models with an inside; then without vertices.
@@ -53,7 +53,7 @@ class HandleSpec:
     name: str
     vertices: Ints
     weights: Floats
-    is_exact: bool = True
+    use_exact: bool = True
     base: NDArray[np.floating] | None = None
     reach: float = 0.0
     segment: Segment | None = None
@@ -61,7 +61,7 @@ class HandleSpec:
     def is_same_as(self, other: HandleSpec) -> bool:
         """Whether both hold the same in the same way, from whatever place."""
         return (
-            self.is_exact == other.is_exact
+            self.use_exact == other.use_exact
             and self.reach == other.reach
             and (other.segment is None if self.segment is None else self.segment.is_same_as(other.segment))
             and np.array_equal(self.vertices, other.vertices)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a mesh is kept to its handles: bind, follow, refine until settled. EngineScene stands for Blender.
 
-The posing act, Pull and Follow share it. Each of them decides when it begins and ends.
+The interaction, Pull and Follow share it. Each of them decides when it begins and ends.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .session_data import Readout
+from .session_data import SolveStats
 
 # An update may take this long while a handle moves: with the rest of a frame that gives about sixty frames a second.
 # The solve gets what the checks and writing the key leave of it. It does at least one
@@ -67,13 +67,13 @@ class EngineScene(Protocol):
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles in the snapshot."""
 
-    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> SolveStats:
         """Solves for these motions of the handles and writes the key. Only if is_bound().
 
         ``iterations`` is a limit; None: that of the settings.
         """
 
-    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> SolveStats:
         """As update(), but from rest and to convergence. No time limit: for as long as the scene finds bearable."""
 
     @property
@@ -96,7 +96,7 @@ class HandleTracker:
         self._matrices: NDArray[np.float64] | None = None
         self._iterations_here = 0
         self.has_followed = False
-        self.readout: Readout | None = None
+        self.stats: SolveStats | None = None
         self.is_settled = False
 
     @property
@@ -152,11 +152,11 @@ class HandleTracker:
         limit_s = None if time_limit_s is None else max(time_limit_s - self._besides_s, LEAST_TIME_LIMIT_S)
         start = self._clock()
         if is_from_rest:
-            readout = self._scene.update_from_rest(matrices, limit_s)
+            stats = self._scene.update_from_rest(matrices, limit_s)
         else:
-            readout = self._scene.update(matrices, None, limit_s)
-        self._besides_s = max(self._clock() - start - 1e-3 * readout.last_ms, 0.0)
-        self._take(readout)
+            stats = self._scene.update(matrices, None, limit_s)
+        self._besides_s = max(self._clock() - start - 1e-3 * stats.last_ms, 0.0)
+        self._take(stats)
         return True
 
     def refine(self, time_limit_s: float) -> None:
@@ -184,10 +184,10 @@ class HandleTracker:
         self._bind_began = self._clock()  # the scene is read first, which takes its time too
         self._bind = self._scene.begin_bind()
 
-    def _take(self, readout: Readout) -> None:
-        self.readout = readout
-        self._iterations_here += readout.iterations
-        self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit
+    def _take(self, stats: SolveStats) -> None:
+        self.stats = stats
+        self._iterations_here += stats.iterations
+        self.is_settled = stats.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit
         if self.is_settled:
             self._scene.settled()
 
@@ -210,5 +210,5 @@ class BindProgress:
         return self._tracker.bind_s
 
     @property
-    def readout(self) -> Readout | None:
-        return self._tracker.readout
+    def stats(self) -> SolveStats | None:
+        return self._tracker.stats

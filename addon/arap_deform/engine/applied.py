@@ -30,15 +30,15 @@ def look(obj: bpy.types.Object) -> None:
     settings = obj.arap
     points = meshes.read_rest_at(obj, probed(len(obj.data.vertices)))
     matrix = np.array(obj.matrix_basis, dtype=np.float64)
-    former_points = np.array(settings.seen_points, dtype=np.float32)[: points.size].reshape(-1, 3)
-    former_matrix = np.array(settings.seen_matrix, dtype=np.float64).reshape(4, 4)
+    former_points = np.array(settings.last_points, dtype=np.float32)[: points.size].reshape(-1, 3)
+    former_matrix = np.array(settings.last_matrix, dtype=np.float64).reshape(4, 4)
     to_now = applied_map(former_matrix, former_points, matrix, points)
     if to_now is not None:
         _take_along(obj, to_now)
     if not np.array_equal(former_matrix, matrix):
-        settings.seen_matrix = matrix.ravel()
+        settings.last_matrix = matrix.ravel()
     if not np.array_equal(former_points, points):
-        settings.seen_points = np.resize(points.ravel(), len(settings.seen_points))
+        settings.last_points = np.resize(points.ravel(), len(settings.last_points))
 
 
 def _take_along(obj: bpy.types.Object, to_now: Floats) -> None:

@@ -11,8 +11,8 @@ import bpy
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session import Session
-from ..core.session_data import Readout
-from ..core.session_input import Hold, difference, difference_of_scene
+from ..core.session_data import SolveStats
+from ..core.session_input import Constraint, difference, difference_of_scene
 from ..core.sessions import Bound
 from ..scene import meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
@@ -24,14 +24,14 @@ def look(
     obj: bpy.types.Object,
     depsgraph: bpy.types.Depsgraph,
     bound: Bound | None,
-    holds: tuple[Hold, ...] | None = None,
+    constraints: tuple[Constraint, ...] | None = None,
 ) -> tuple[Snapshot | None, str]:
     """A snapshot of the mesh, and why a session cannot go on from it, one sentence; '' if it can.
 
     Args:
         depsgraph: to read matrices from.
         bound: the session.
-        holds: what it must hold; None: what the pins and handles of the object do.
+        constraints: what it must hold; None: what the pins and handles of the object do.
     """
     if bound is None:
         return None, f"'{obj.name}' is not being posed"
@@ -41,7 +41,7 @@ def look(
         snapshot = Snapshot.read(obj, depsgraph, bound.inputs.mesh.rest_positions)
     except ValueError as error:
         return None, str(error)
-    state = snapshot.state if holds is None else replace(snapshot.state, holds=holds)
+    state = snapshot.state if constraints is None else replace(snapshot.state, constraints=constraints)
     return snapshot, difference_of_scene(bound.inputs, state)
 
 
@@ -58,12 +58,14 @@ def look_closely(
         return str(error)
 
 
-def solve(snapshot: Snapshot, bound: Bound, motions: Floats, *, is_from_rest: bool = False, **options: Any) -> Readout:
+def solve(
+    snapshot: Snapshot, bound: Bound, motions: Floats, *, is_from_rest: bool = False, **options: Any
+) -> SolveStats:
     """Solves and writes the key, which is made if there is none.
 
     Args:
         bound: of which look() says nothing.
-        motions: (h, 4, 4) object-space motions of all that the session holds.
+        motions: (h, 4, 4) object-space motions of all that the session constraints.
         is_from_rest: see mesh.solve_from_rest().
         options: of Session.update().
 
@@ -80,12 +82,12 @@ def solve(snapshot: Snapshot, bound: Bound, motions: Floats, *, is_from_rest: bo
 
 
 def write_pose(
-    obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout, *, is_frame: bool = False
+    obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: SolveStats, *, is_frame: bool = False
 ) -> None:
-    """Writes the session's positions to the key, shows it, and keeps the readout for the panel.
+    """Writes the session's positions to the key, shows it, and keeps the stats for the panel.
 
     ``is_frame``: see hooks.key_written.
     """
     shape_keys.write(obj, key, session.positions, is_frame=is_frame)
     shape_keys.show(key)
-    sessions.set_readout(obj.session_uid, result)
+    sessions.set_stats(obj.session_uid, result)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is done with the live session of an object: it is bound in the background, adopted, and brought up to date.
 
-For the act or the Follow run that has the mesh: nothing here asks who has it.
+For the task or the Follow run that has the mesh: nothing here asks who has it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..core import sessions
 from ..core.arrays import Float32s, Floats
 from ..core.background import Background, Steps
 from ..core.session import Session
-from ..core.session_data import Readout
+from ..core.session_data import SolveStats
 from ..core.session_input import Counts, SessionInput, counts_differ, difference
 from ..core.sessions import Bound
 from ..scene import known, pose_key, versions
@@ -48,7 +48,7 @@ def sync(obj: bpy.types.Object) -> bool:
     bound = sessions.get(obj.session_uid)
     if bound is None:
         return True
-    pose_key.tell_session(obj)
+    pose_key.update_session_key(obj)
     key = pose_key.find(obj)
     if key is None:
         bound.session.reset()
@@ -70,7 +70,7 @@ def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     return bound.session
 
 
-def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> Readout:
+def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> SolveStats:
     """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
 
     Args:
@@ -85,7 +85,7 @@ def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> Reado
         return session.update(matrices, initial_guess="handle_rotations", to_convergence=True, **options)
 
 
-def solving_from_rest(session: Session, matrices: Floats) -> Steps[Readout]:
+def solving_from_rest(session: Session, matrices: Floats) -> Steps[SolveStats]:
     """As solve_from_rest(), in the background. If the work is dropped, the session is as it was."""
     with _from_rest(session):
         return (yield from session.updating(matrices, initial_guess="handle_rotations", to_convergence=True))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a pose would be what the artist wants, asked once before an act: what moves it moves, and it is seen."""
+"""Whether a pose would be what the artist wants, asked once before a task: what moves it moves, and it is seen."""
 
 from __future__ import annotations
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import sessions
-from ..core.session_data import Readout
-from ..core.session_input import Hold, SessionInput
+from ..core.session_data import SolveStats
+from ..core.session_input import Constraint, SessionInput
 from ..scene import known, pose_key, redraw, versions
 from ..scene.inputs import read_input
 from ..scene.snapshot import Snapshot
@@ -37,7 +37,7 @@ class BlenderEngineScene:
 
     initial_guess: str | None = None  # of update(); None: the object's setting
     key: pose_key.KeyTracker | None = None  # if the key may be renamed while this lasts
-    holds: tuple[Hold, ...] | None = None  # what the session must hold; None: what the pins and handles do
+    constraints: tuple[Constraint, ...] | None = None  # what the session must hold; None: what the pins and handles do
 
     def __init__(self, obj: bpy.types.Object) -> None:
         self.uid = known.add(obj)
@@ -112,7 +112,7 @@ class BlenderEngineScene:
         assert obj is not None
         depsgraph = self._depsgraph()  # first: evaluating the scene may make the mesh suspect
         self._bound = sessions.get(self.uid)
-        self._snapshot, self._misfit = frame.look(obj, depsgraph, self._bound, self.holds)
+        self._snapshot, self._misfit = frame.look(obj, depsgraph, self._bound, self.constraints)
         return ""
 
     def _why_not(self, obj: bpy.types.Object | None) -> str:
@@ -146,13 +146,13 @@ class BlenderEngineScene:
         assert self._snapshot is not None
         return self._snapshot.motions()
 
-    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> SolveStats:
         return self._solve(matrices, time_limit_s, iterations=iterations, initial_guess=self.initial_guess)
 
-    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> SolveStats:
         return self._solve(matrices, time_limit_s, is_from_rest=True)
 
-    def _solve(self, matrices: NDArray[np.float64], time_limit_s: float | None, **options: Any) -> Readout:
+    def _solve(self, matrices: NDArray[np.float64], time_limit_s: float | None, **options: Any) -> SolveStats:
         # The next change of the mesh is the add-on's own and must be drawn. look() has evaluated earlier ones.
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
@@ -160,14 +160,14 @@ class BlenderEngineScene:
         now, bound = self._snapshot, self._bound
         assert now is not None
         assert bound is not None
-        readout = frame.solve(now, bound, matrices, time_limit_s=time_limit_s, **options)
+        stats = frame.solve(now, bound, matrices, time_limit_s=time_limit_s, **options)
         self._followed = bound
         if now.key.key is None:  # it was made
             self._snapshot = replace(now, key=pose_key.look(now.obj))
             if self.key is not None:
                 self.key.note(self._snapshot.key.key)
             self._key_made()
-        return readout
+        return stats
 
     def _key_made(self) -> None:
         """The pose has its key now."""

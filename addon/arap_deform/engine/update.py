@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing by a script: the session, and one update of the mesh. Both are refused while an act has the mesh."""
+"""Posing by a script: the session, and one update of the mesh. Both are refused while a task has the mesh."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import bpy
 from ..core import sessions
 from ..core.background import Progress, run
 from ..core.session import Session
-from ..core.session_data import Readout
+from ..core.session_data import SolveStats
 from ..scene import meshes
 from ..scene.inputs import read_input
 from . import frame, mesh, ready
@@ -29,10 +29,10 @@ def end_session(obj: bpy.types.Object) -> None:
     """Gives back the memory of prepare_session(): some kilobytes a vertex. The pose stays.
 
     Raises:
-        RuntimeError: an act has the mesh for itself.
+        RuntimeError: a task has the mesh for itself.
     """
     sessions.check_free(obj)
-    sessions.let_go(obj.session_uid, SCRIPT)
+    sessions.release(obj.session_uid, SCRIPT)
     sessions.drop_idle(obj.session_uid)
 
 
@@ -43,7 +43,7 @@ def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progre
     The session starts from the pose that the key shows.
 
     Raises:
-        As read_input(), ready.check() and sessions.build(), Cancelled, or RuntimeError if an act has the mesh for
+        As read_input(), ready.check() and sessions.build(), Cancelled, or RuntimeError if a task has the mesh for
         itself. A session that was there before stays.
     """
     meshes.check_mesh(obj)
@@ -62,7 +62,7 @@ def update_pose(
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
-) -> Readout:
+) -> SolveStats:
     """One live update: reads the handles, solves a few iterations, writes the key.
 
     Needs a live session (prepare_session). ``stop_reason`` is "converged" when nothing is left to do
@@ -73,7 +73,7 @@ def update_pose(
         iterations, initial_guess, time_limit_s: see Session.update().
 
     Raises:
-        RuntimeError: no live session, the mesh or scale has changed under it (the session has then ended), or an act
+        RuntimeError: no live session, the mesh or scale has changed under it (the session has then ended), or a task
             has the mesh for itself.
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """

@@ -47,7 +47,7 @@ class Run(FollowRun, EndedByEsc):
             return None
         return wait_for_bind(self.scene.name, self, ends_on_esc=is_free())
 
-    def give_up(self) -> str:
+    def cancel(self) -> str:
         obj = self.scene.obj
         if obj is None:
             return ""
@@ -56,7 +56,7 @@ class Run(FollowRun, EndedByEsc):
 
     def end(self) -> None:
         super().end()
-        sessions.let_go(self.scene.uid, FOLLOW)
+        sessions.release(self.scene.uid, FOLLOW)
 
 
 _runs: dict[int, Run] = {}  # by uid of the object
@@ -93,8 +93,8 @@ def _make_key(obj: bpy.types.Object) -> None:
             pose_key.writable(obj)
 
 
-def give_up(obj: bpy.types.Object) -> None:
-    """Call it before an act without Follow: undoing the act must not try again what Follow has given up."""
+def clear_follow_error(obj: bpy.types.Object) -> None:
+    """Call it before a task without Follow: undoing the task must not try again what Follow has given up."""
     if obj.arap.follow_error:
         obj.arap.follow_error = ""
         undo_step.push("ARAP Follow Off")
@@ -242,7 +242,7 @@ def _on_timer() -> float | None:
 def _shown() -> list[tuple[object, ...]]:
     """What a panel shows of the runs."""
     return [
-        (uid, run.pause, run.is_settled, run.is_binding, f"{run.bind_fraction:.0%}", run.readout)
+        (uid, run.pause, run.is_settled, run.is_binding, f"{run.bind_fraction:.0%}", run.stats)
         for uid, run in _runs.items()
     ]
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..core import native, sessions
 from ..core.arrays import Floats
-from ..core.session_data import Readout
+from ..core.session_data import SolveStats
 from ..core.session_input import SceneState, difference_of_scene
-from ..engine.act import print_fault
+from ..engine.interaction import print_fault
 from ..engine.mesh import SessionBinding
 from ..engine.scene import BlenderEngineScene
 from ..scene import baked, known, meshes, pose_key, shape_keys, undo_step
@@ -81,9 +81,9 @@ class BlenderFollowScene(BlenderEngineScene):
     def _why_not(self, obj: bpy.types.Object | None) -> str:
         if obj is None:
             return super()._why_not(obj)
-        act = sessions.claimed_by(self.uid)
-        if act:
-            return f"Paused while {act}"
+        task = sessions.locked_by(self.uid)
+        if task:
+            return f"Paused while {task}"
         found = self.key.track(obj)  # in every mode: keys can be renamed in Edit Mode, too. A removed key is made again
         self._has_key = found is not None and found.key is not None
         if self._lack and obj.mode == "WEIGHT_PAINT":
@@ -159,17 +159,17 @@ class BlenderFollowScene(BlenderEngineScene):
             self._lack = f"Paused: {error}"
             raise NotNow(self._lack) from None
 
-    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> SolveStats:
         if time_limit_s is not None:
             return super().update_from_rest(matrices, time_limit_s)
         if not bpy.app.background:
             return super().update_from_rest(matrices, FRAME_TIME_LIMIT_S)
-        readout = self._solve(matrices, SCRIPT_TIME_LIMIT_S, is_from_rest=True, sufficient_accuracy=0.0)
-        if readout.stop_reason == "time_limit":
+        stats = self._solve(matrices, SCRIPT_TIME_LIMIT_S, is_from_rest=True, sufficient_accuracy=0.0)
+        if stats.stop_reason == "time_limit":
             raise RuntimeError(
                 f"'{self.name}' has not settled within {SCRIPT_TIME_LIMIT_S:g} seconds (raise Accuracy in Advanced)"
             )
-        return readout
+        return stats
 
     def switch_off(self, error: Exception) -> None:
         print_fault(error)

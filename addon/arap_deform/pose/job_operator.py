@@ -10,9 +10,9 @@ import bpy
 
 from ..core.job import Job, run_job
 from ..core.native import sentence_of
-from ..follow.runs import give_up
+from ..follow.runs import clear_follow_error
 from ..ui import waiting
-from ..ui.checks import ArapOperator, posed_object, reports_errors
+from ..ui.checks import ArapOperator, arap_object, reports_errors
 from ..ui.modal import ModalOperator, ModalRun
 from ..ui.waits import Wait
 
@@ -23,10 +23,10 @@ STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
 class JobRun(ModalRun):
     """A job under way. Its owner calls abort(), or leave() after the job's end."""
 
-    def __init__(self, context: bpy.types.Context, job: Job[Any], act_name: str) -> None:
+    def __init__(self, context: bpy.types.Context, job: Job[Any], task_name: str) -> None:
         super().__init__(context, TIMER_S)
         self.job: Any = job
-        self._act_name = act_name
+        self._act_name = task_name
         self._began = time.monotonic()
         waiting.watch(self)
 
@@ -48,7 +48,7 @@ class JobOperator(ModalOperator, ArapOperator):
     """A mixin for operators that do the job which begin() makes."""
 
     bl_options = {"UNDO"}  # a long job has no REGISTER: the redo panel would do it again at every change
-    act_name = "Bake"  # for messages
+    task_name = "Bake"  # for messages
 
     report: Any  # of the operator
     options: bpy.types.OperatorOptions
@@ -56,7 +56,7 @@ class JobOperator(ModalOperator, ArapOperator):
 
     def chosen(self, context: bpy.types.Context) -> bpy.types.Object:
         """The object that begin() takes."""
-        return posed_object(context)
+        return arap_object(context)
 
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> Job[Any]:
         raise NotImplementedError
@@ -79,8 +79,8 @@ class JobOperator(ModalOperator, ArapOperator):
         if bpy.app.background or context.window is None or is_repeat:
             self.report_result(job, run_job(job))
             return {"FINISHED"}
-        give_up(obj)
-        self._run = JobRun(context, job, self.act_name)
+        clear_follow_error(obj)
+        self._run = JobRun(context, job, self.task_name)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -89,18 +89,18 @@ class JobOperator(ModalOperator, ArapOperator):
         run = self._run
         if event.type == "ESC" and event.value == "PRESS":
             run.abort()
-            self.report({"WARNING"}, f"{self.act_name} cancelled: nothing has changed")
+            self.report({"WARNING"}, f"{self.task_name} cancelled: nothing has changed")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
             if run.job.step(STEP_TIME_LIMIT_S):
-                run.show_text(context, f"ARAP {self.act_name}: {run.job.status}   |   Esc: cancel")
+                run.show_text(context, f"ARAP {self.task_name}: {run.job.status}   |   Esc: cancel")
                 return {"RUNNING_MODAL"}
             result = run.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             run.abort()
-            self.report({"ERROR"}, f"{self.act_name} failed and nothing has changed: {sentence_of(error)}")
+            self.report({"ERROR"}, f"{self.task_name} failed and nothing has changed: {sentence_of(error)}")
             return {"CANCELLED"}
         run.leave()
         self.report_result(run.job, result)

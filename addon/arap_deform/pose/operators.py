@@ -9,17 +9,17 @@ from bpy.props import BoolProperty
 
 from ..core import sessions
 from ..core.naming import counted
-from ..core.session_data import Readout
-from ..engine.act import Ending, PoseAct
+from ..core.session_data import SolveStats
+from ..engine.interaction import Ending, Interaction
 from ..scene import redraw, undo_step
 from ..scene.placing import reset_handles
 from ..setup.list_operators import why_no_handles
 from ..ui.checks import (
     ArapOperator,
     allow,
-    find_posed_object,
+    arap_object,
+    find_arap_object,
     is_posed,
-    posed_object,
     reports_errors,
     why_no_pose,
     why_no_reset,
@@ -50,7 +50,7 @@ class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
 
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
-        self._run = PoseRun(context, posed_object(context))
+        self._run = PoseRun(context, arap_object(context))
         context.window_manager.modal_handler_add(self)
         self._run.show_status(context)
         redraw.tag_panels()
@@ -69,10 +69,10 @@ class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
             # The release that ends a drag of another operator reaches us too, so only a press counts. While the pose
             # is being kept, nothing but moves of the view may begin: the end would cut it off.
             is_ours = event.value == "PRESS" and (
-                self._on_press(context, event) or (run.act.is_keeping and event.type not in VIEW_EVENTS)
+                self._on_press(context, event) or (run.interaction.is_keeping and event.type not in VIEW_EVENTS)
             )
             run.show_status(context)
-        if run.act.end is None:
+        if run.interaction.end is None:
             return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
         end = run.finish()
         if end.message:
@@ -85,14 +85,14 @@ class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
 
     def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
         """Acts on our keys; True if the key was ours."""
-        act = self._run.act
+        interaction = self._run.interaction
         if _editor_at(context, event) != "VIEW_3D":
             return False  # other editors have uses of their own for both keys
         if event.type in {"RET", "NUMPAD_ENTER"}:
-            act.keep()
+            interaction.keep()
             return True
         if event.type == "ESC" and not context.screen.is_animation_playing:  # then Esc ends the playback
-            act.cancel()
+            interaction.cancel()
             return True
         return False
 
@@ -113,16 +113,16 @@ class ARAP_OT_pose_end(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
         return allow(cls, "" if obj is not None and is_posed(obj) else "Press Pose first: this mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        act = sessions.acts[posed_object(context).session_uid]
-        assert isinstance(act, PoseAct)
+        interaction = sessions.locks[arap_object(context).session_uid]
+        assert isinstance(interaction, Interaction)
         if self.is_kept:
-            act.keep()
+            interaction.keep()
         else:
-            act.cancel()
+            interaction.cancel()
         return {"FINISHED"}
 
 
@@ -131,7 +131,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_label = "Solve"
     bl_description = "Pose the mesh for the present places of the handles, to convergence. Starts from the rest shape"
     why_not = staticmethod(why_not_posable)
-    act_name = "Solve"
+    task_name = "Solve"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         return super().execute(context)
@@ -139,19 +139,19 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         """For scripts: the solve is done when it returns."""
-        self.report_result(None, solve(posed_object(context), context.evaluated_depsgraph_get()))
+        self.report_result(None, solve(arap_object(context), context.evaluated_depsgraph_get()))
         redraw.tag_panels()
         return {"FINISHED"}
 
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> SolveJob:
         return begin_solve(obj, context.evaluated_depsgraph_get())
 
-    def report_result(self, _job: Any, readout: Readout) -> None:
-        unsettled = unsettled_text(readout)
+    def report_result(self, _job: Any, stats: SolveStats) -> None:
+        unsettled = unsettled_text(stats)
         if unsettled:
             self.report({"WARNING"}, unsettled)
         else:
-            self.report({"INFO"}, f"Solved in {counted(readout.iterations, 'iteration')}, {readout.last_ms:.0f} ms")
+            self.report({"INFO"}, f"Solved in {counted(stats.iterations, 'iteration')}, {stats.last_ms:.0f} ms")
 
 
 class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
@@ -160,7 +160,7 @@ class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
     bl_description = "Put every handle back to its place at rest"
     why_not = staticmethod(why_no_handles)
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         held = reset_handles(obj)
         if held:
             names = ", ".join(held)
@@ -173,7 +173,7 @@ class ARAP_OT_reset_pose(ArapOperator, bpy.types.Operator):
     bl_description = "Put the mesh back to its rest shape. The handles stay"
     why_not = staticmethod(why_no_reset)
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         reset_pose(obj)
 
 
@@ -183,5 +183,5 @@ class ARAP_OT_apply_pose_as_rest(ArapOperator, bpy.types.Operator):
     bl_description = "Make the pose the new rest shape of the mesh. The present places of the handles become rest too"
     why_not = staticmethod(why_no_pose)
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         apply_pose_as_rest(obj)

@@ -14,9 +14,9 @@ from mathutils import Matrix
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.transforms import inverted
-from ..scene import handle_motion, known, meshes, placing, pose_key, shape_keys, staying
+from ..scene import handle_motion, known, meshes, placing, pose_key, preserve_shape, shape_keys
 from ..scene.movers import chain
-from ..setup.control_changes import take_over
+from ..setup.control_changes import rebase
 
 Transforms = dict[tuple[int, str], tuple[Any, ...]]  # channels by uid of object and bone; bone '': the object itself
 
@@ -36,7 +36,7 @@ class PoseState:
     uid: int
     key: pose_key.KeyState
     transforms: Transforms
-    bases: staying.Bases
+    bases: preserve_shape.Bases
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -50,7 +50,7 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
     key = shape_keys.new(obj, name, pose_key.shown_positions(obj, meshes.read_rest(obj)))
     obj.arap.baked_poses.add().name = key.name
-    shape_keys.tell_changed(obj)
+    shape_keys.notify_keys_changed(obj)
     return key
 
 
@@ -58,7 +58,7 @@ def reset_pose(obj: bpy.types.Object) -> None:
     """Puts the pose key and the session back to rest. The handles stay: see reset_handles().
 
     Raises:
-        ValueError: the mesh must not be written. RuntimeError: an act uses it.
+        ValueError: the mesh must not be written. RuntimeError: a task uses it.
     """
     meshes.check_mesh(obj)
     sessions.check_free(obj)
@@ -80,7 +80,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     Raises:
         ValueError: there is no pose, the pose key does not show it, or the mesh or an attached object is not
             writable.
-        RuntimeError: an act uses the mesh.
+        RuntimeError: a task uses the mesh.
     """
     key = _pose_key(obj)
     sessions.check_free(obj)
@@ -130,7 +130,7 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
-    key, transforms, bases = pose_key.capture(obj), capture_transforms(obj), staying.capture_bases(obj)
+    key, transforms, bases = pose_key.capture(obj), capture_transforms(obj), preserve_shape.capture_bases(obj)
     return PoseState(known.add(obj), key, transforms, bases)
 
 
@@ -141,11 +141,11 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
 
     Raises:
         ValueError: the mesh has another number of vertices; then only pins and handles go back.
-        RuntimeError: an act uses the mesh; then nothing goes back.
+        RuntimeError: a task uses the mesh; then nothing goes back.
     """
     sessions.check_free(obj)
     restore_transforms(state.transforms)
-    added = staying.restore_bases(obj, state.bases)
+    added = preserve_shape.restore_bases(obj, state.bases)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.session_uid)
     if bound is not None:
@@ -154,11 +154,11 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
         else:
             bound.session.set_positions(state.key.positions)
     if added:
-        take_over(obj, *added)
+        rebase(obj, *added)
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:
-    """Channels of the objects that move handles, see chain.movers(), and of all bones of armatures."""
+    """Channels of the objects that move handles, see chain.transform_sources(), and of all bones of armatures."""
     return {place: _channels(item) for place, item in _movers(obj)}
 
 
@@ -182,7 +182,7 @@ def _pose_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
 
 def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[int, str], Any]]:
     """The objects and bones that move a handle, with all bones of an armature."""
-    for item in chain.movers(obj, obj.arap.controls):
+    for item in chain.transform_sources(obj, obj.arap.controls):
         uid = known.add(item)
         yield (uid, ""), item
         for bone in item.pose.bones if item.pose else ():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The posing act in a window: its timer, its status text, handlers that say when the scene was evaluated, one exit."""
+"""The interaction in a window: its timer, its status text, handlers that say when the scene was evaluated, one exit."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import bpy
 
 from ..core import sessions
-from ..engine.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
+from ..engine.interaction import End, Ending, Interaction, Phase, print_fault, restored, status_text
 from ..engine.scene import is_rendering
-from ..follow.runs import give_up
+from ..follow.runs import clear_follow_error
 from ..props import preferences
 from ..scene import known, redraw, undo_step
 from ..scene.registration import for_each
@@ -24,30 +24,30 @@ TIMER_S = 0.02
 
 
 class ActRun(ModalRun):
-    """An act that has begun, and its share of the window."""
+    """An interaction that has begun, and its share of the window."""
 
-    def __init__(self, context: bpy.types.Context, scene: ActScene, act: PoseAct, timer_s: float) -> None:
+    def __init__(self, context: bpy.types.Context, scene: ActScene, interaction: Interaction, timer_s: float) -> None:
         obj = scene.obj
         assert obj is not None
-        sessions.claim(obj, act)
+        sessions.lock(obj, interaction)
         self.scene = scene
-        self.act = act
+        self.interaction = interaction
         super().__init__(context, timer_s)
 
     def step(self) -> None:
-        """A step of the act. A bind that lasts is shown in the views."""
-        self.act.tick(preferences.refine_time_s())
-        if self.act.phase is Phase.BINDING:
+        """A step of the interaction. A bind that lasts is shown in the views."""
+        self.interaction.tick(preferences.refine_time_s())
+        if self.interaction.phase is Phase.BINDING:
             waiting.watch(self)
 
     def wait(self) -> Wait | None:
-        return wait_for_bind(self.scene.name, self.act)
+        return wait_for_bind(self.scene.name, self.interaction)
 
     def finish(self) -> End:
         """The one exit of all ends; ``end.message`` is what is left to say."""
-        end = self.act.end
+        end = self.interaction.end
         assert end is not None
-        sessions.release(self.scene.uid, self.act)
+        sessions.unlock(self.scene.uid, self.interaction)
         obj = self.scene.obj
         if obj is None:
             sessions.drop(self.scene.uid)
@@ -58,7 +58,7 @@ class ActRun(ModalRun):
         return end
 
     def abort(self, message: str = "") -> None:
-        self.act.end_now(message)
+        self.interaction.end_now(message)
         self.finish()
 
 
@@ -68,32 +68,32 @@ class PoseRun(ActRun):
     scene: BlenderPoseScene
 
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        """Begins the act. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
+        """Begins the interaction. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
         sessions.check_free(obj)
-        give_up(obj)
+        clear_follow_error(obj)
         scene = BlenderPoseScene(obj)
-        act = PoseAct(scene)
+        interaction = Interaction(scene)
         scene.act_number = undo.mark(obj)
         try:
-            act.begin()
+            interaction.begin()
         except BaseException:
-            obj.arap.pose_act = 0
+            obj.arap.interaction_number = 0
             raise
         undo_step.push("Begin ARAP Pose")
-        super().__init__(context, scene, act, TIMER_S)
+        super().__init__(context, scene, interaction, TIMER_S)
         runs.append(self)
 
     def show_status(self, context: bpy.types.Context) -> None:
-        self.show_text(context, status_text(self.act))
+        self.show_text(context, status_text(self.interaction))
 
     def tick(self, context: bpy.types.Context) -> None:
         if is_rendering():
             return
-        before = self.act.readout
+        before = self.interaction.stats
         self.step()
-        if self.act.phase is Phase.BINDING:
+        if self.interaction.phase is Phase.BINDING:
             self.show_status(context)
-        if self.act.readout is not before or self.act.phase is Phase.BINDING:
+        if self.interaction.stats is not before or self.interaction.phase is Phase.BINDING:
             redraw.tag_panels()
 
     def finish(self) -> End:
@@ -116,7 +116,7 @@ def scene_changed(
     def tell(run: PoseRun) -> None:
         if run.scene.obj is None or known.is_in(scene, run.scene.obj):
             with run.scene.evaluated(depsgraph, updates):
-                run.act.scene_changed()
+                run.interaction.scene_changed()
 
     for_each(runs.copy(), tell)
 
@@ -128,7 +128,7 @@ def undone() -> None:
 
 def _undone(run: PoseRun) -> None:
     if run.scene.obj is None:
-        run.act.leave("Undo went back to before this pose: posing has ended")
+        run.interaction.leave("Undo went back to before this pose: posing has ended")
     else:
         run.scene.key.forget_address()
-        run.act.undone()
+        run.interaction.undone()

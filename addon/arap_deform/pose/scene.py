@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the posing act needs of Blender, for one object. No references: undo replaces all data."""
+"""What the interaction needs of Blender, for one object. No references: undo replaces all data."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .result import capture_state, restore_state
 
 
 class ActScene(BlenderEngineScene):
-    """The EngineScene of an act that can put everything back."""
+    """The EngineScene of an interaction that can put everything back."""
 
-    act_name = "posing"  # for messages
+    task_name = "posing"  # for messages
     modes = {"OBJECT"}
 
     def __init__(self, obj: bpy.types.Object) -> None:
@@ -36,14 +36,14 @@ class ActScene(BlenderEngineScene):
             reason = f"The mesh of '{self.name}' has changed"
         else:
             reason = self._why_over(obj)
-        return f"{reason}: {self.act_name} has ended" if reason else ""
+        return f"{reason}: {self.task_name} has ended" if reason else ""
 
     def restore(self, obj: bpy.types.Object) -> None:
-        """Puts everything back to where it was before the act. Raises as restore_state()."""
+        """Puts everything back to where it was before the interaction. Raises as restore_state()."""
         restore_state(obj, self._state)
 
     def _why_over(self, _obj: bpy.types.Object) -> str:
-        """Other reasons why an act of this kind cannot go on, without a full stop."""
+        """Other reasons why an interaction of this kind cannot go on, without a full stop."""
         return ""
 
 
@@ -64,7 +64,7 @@ class BlenderPoseScene(ActScene):
 
     @property
     def obj(self) -> bpy.types.Object | None:
-        """The object; None if it is gone, or as it was before the act."""
+        """The object; None if it is gone, or as it was before the interaction."""
         obj = super().obj
         return obj if obj is not None and undo.is_within(obj, self.act_number) else None
 

@@ -12,7 +12,7 @@ from ..core.background import Progress, Steps, part
 from ..core.job import BackgroundJob
 from ..core.naming import counted
 from ..core.session import Session
-from ..core.session_data import Readout
+from ..core.session_data import SolveStats
 from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
 from ..engine import mesh, ready
@@ -27,14 +27,14 @@ BIND_SHARE = 0.3  # of the progress of a solve that has to bind first
 
 def solve(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, progress: Progress | None = None
-) -> Readout:
+) -> SolveStats:
     """Poses the mesh for the present places of the handles, to convergence, and writes the shape key.
 
     Starts from rest, with the initial guess from the rotations of the handles: the same file gives the same result.
 
     Raises:
         ValueError, RuntimeError, Cancelled: as read_input() and sessions.build(); ValueError if the shape key would
-            not show the pose; RuntimeError if an act uses the mesh. The mesh stays as it was.
+            not show the pose; RuntimeError if a task uses the mesh. The mesh stays as it was.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
@@ -52,7 +52,7 @@ def begin_solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = N
     return SolveJob(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
 
 
-class SolveJob(BackgroundJob[Readout]):
+class SolveJob(BackgroundJob[SolveStats]):
     """A solve in the background, so that an operator can show progress and take Esc.
 
     Nothing in the file changes before finish(). If step() or finish() raises, call cancel(). It holds no Blender data.
@@ -71,7 +71,7 @@ class SolveJob(BackgroundJob[Readout]):
         self._former = sessions.get(obj.session_uid)
         self._session: Session | None = None
         sessions.drop(obj.session_uid)  # it is busy now
-        sessions.claim(obj, self)
+        sessions.lock(obj, self)
         super().__init__(self._steps())
 
     @property
@@ -79,7 +79,7 @@ class SolveJob(BackgroundJob[Readout]):
         text = "preparing the mesh, {:.0%}" if self._session is None else "solving, {:.0%}"
         return text.format(self.fraction)
 
-    def finish(self) -> Readout:
+    def finish(self) -> SolveStats:
         """Writes the shape key and keeps the session. Raises as solve()."""
         result = self._result()
         obj = known.find(self.uid)
@@ -91,12 +91,12 @@ class SolveJob(BackgroundJob[Readout]):
         # The stretch of the bind: differences of the scene's below the tolerance must not add up.
         sessions.put(self.uid, Bound(self._session, replace(self._inputs, stretch=self._session.stretch)))
         write_pose(obj, pose_key.writable(obj), self._session, result)
-        sessions.release(self.uid, self)
+        sessions.unlock(self.uid, self)
         return result
 
     def cancel(self) -> None:
         super().cancel()
-        sessions.release(self.uid, self)
+        sessions.unlock(self.uid, self)
         obj = known.find(self.uid)
         if obj is None or mesh.counts_problem(obj, self._inputs.counts):
             return
@@ -105,7 +105,7 @@ class SolveJob(BackgroundJob[Readout]):
         elif self._former is not None:
             sessions.put(self.uid, self._former)
 
-    def _steps(self) -> Steps[Readout]:
+    def _steps(self) -> Steps[SolveStats]:
         former = self._former
         share = BIND_SHARE if former is None or difference_of_bind(former.inputs, self._inputs) else 0.0
         session = yield from part(sessions.rebuild(self._inputs, former), 0.0, share)
@@ -120,17 +120,17 @@ def _part(progress: Progress | None, start: float, end: float) -> Progress | Non
     return lambda fraction: progress(start + fraction * (end - start))
 
 
-def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
+def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> SolveStats:
     """As solve(), with progress at the mouse: for operators whose redo panel solves again at every change."""
     with waiting.at_mouse() as progress:
         return solve(obj, context.evaluated_depsgraph_get(), progress)
 
 
-def unsettled_text(readout: Readout) -> str:
+def unsettled_text(stats: SolveStats) -> str:
     """A warning if a solve has not converged, else ''."""
-    if readout.stop_reason == "converged":
+    if stats.stop_reason == "converged":
         return ""
-    return f"Not finished after {counted(readout.iterations, 'iteration')}: raise Max Iterations (Advanced)"
+    return f"Not finished after {counted(stats.iterations, 'iteration')}: raise Max Iterations (Advanced)"
 
 
 def _check(obj: bpy.types.Object) -> None:

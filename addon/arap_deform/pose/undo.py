@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a finished posing act one step of undo.
+"""Makes a finished interaction one step of undo.
 
-Every G, R or S within an act pushes a step of undo, so undo works as usual within the act. After the act, undo and redo
-pass over these steps: in each of them the object has the number of the act (``obj.arap.pose_act``), and an undo or redo
+Every G, R or S within an interaction pushes a step of undo, so undo works as usual within it. After it, undo and redo
+pass over these steps: in each of them the object has its number (``obj.arap.interaction_number``), and an undo or redo
 that lands there goes on in the same direction.
 """
 
@@ -16,21 +16,21 @@ import bpy
 from ..scene import known
 
 _ended: dict[int, int] = {}
-"""The uid of the object, by the number of the act."""
+"""The uid of the object, by the number of the interaction."""
 
 _step: Callable[[], set[str]] | None = None  # undo or redo, whichever came last
 
 
 def mark(obj: bpy.types.Object) -> int:
-    """Gives the object the number of a new act and returns it. Every later step of undo has that number."""
+    """Gives the object the number of a new interaction and returns it. Every later step of undo has that number."""
     number = 1 + secrets.randbelow(2**31 - 2)
-    obj.arap.pose_act = number
+    obj.arap.interaction_number = number
     return number
 
 
 def is_within(obj: bpy.types.Object, number: int) -> bool:
-    """Whether the present state of the scene belongs to the act."""
-    return bool(obj.arap.pose_act == number)
+    """Whether the present state of the scene belongs to the interaction."""
+    return bool(obj.arap.interaction_number == number)
 
 
 def finish(uid: int, number: int, *, as_one_step: bool) -> None:
@@ -38,12 +38,12 @@ def finish(uid: int, number: int, *, as_one_step: bool) -> None:
 
     Args:
         uid: of the posed object.
-        number: of the act.
-        as_one_step: undo and redo pass over the steps within the act.
+        number: of the interaction.
+        as_one_step: undo and redo pass over the steps within the interaction.
     """
-    for obj in bpy.data.objects:  # a copy that was made within the act has the number too
-        if obj.is_property_set("arap") and obj.arap.pose_act == number:
-            obj.arap.pose_act = 0
+    for obj in bpy.data.objects:  # a copy that was made within the interaction has the number too
+        if obj.is_property_set("arap") and obj.arap.interaction_number == number:
+            obj.arap.interaction_number = 0
     if as_one_step:
         _ended[number] = uid
 
@@ -63,16 +63,16 @@ def pass_over(step: Callable[[], set[str]]) -> None:
 
 
 def _go_on() -> float | None:
-    """The timer: goes one step in the direction of the last undo or redo, until the act is passed."""
+    """The timer: goes one step in the direction of the last undo or redo, until the interaction is passed."""
     if not _objects_within_ended() or _step is None:
-        return None  # another undo or redo has passed the act
+        return None  # another undo or redo has passed the interaction
     within, windows = _objects_within_ended(), bpy.context.window_manager.windows
     window = next((w for w in windows if any(known.is_in(w.scene, obj) for obj in within)), windows[0])
     with bpy.context.temp_override(window=window):
         is_last = not _step.poll() or "FINISHED" not in _step()  # type: ignore[attr-defined]
     if is_last:  # Blender has forgotten older steps
         for obj in _objects_within_ended():
-            obj.arap.pose_act = 0
+            obj.arap.interaction_number = 0
     return 0.0 if _objects_within_ended() else None
 
 

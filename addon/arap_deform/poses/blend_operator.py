@@ -8,11 +8,11 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from ..core.native import sentence_of
-from ..follow.runs import give_up
+from ..follow.runs import clear_follow_error
 from ..pose.result import capture_transforms, restore_transforms
 from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
-from ..ui.checks import ArapOperator, posed_object, reports_errors
+from ..ui.checks import ArapOperator, arap_object, reports_errors
 from ..ui.modal import ModalOperator
 from ..ui.panels import split_column
 from .blend_run import BlendRun
@@ -37,9 +37,9 @@ class PoseOperator(ArapOperator):
         """Moves the handles."""
         raise NotImplementedError
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         """Moves the handles, and solves unless Pose or Follow does so."""
-        give_up(obj)
+        clear_follow_error(obj)
         before = capture_transforms(obj)
         try:
             placement = self.place(context, obj)
@@ -63,7 +63,7 @@ class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
     )
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.prop_search(self, "pose", posed_object(context).arap, "poses")
+        self.layout.prop_search(self, "pose", arap_object(context).arap, "poses")
 
     def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
         self.pose = self.pose or active_name(context)
@@ -100,7 +100,7 @@ class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = split_column(self.layout)
-        settings = posed_object(context).arap
+        settings = arap_object(context).arap
         layout.prop(self, "start")
         if self.start == "POSE":
             layout.prop_search(self, "start_pose", settings, "poses")
@@ -113,7 +113,7 @@ class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
     @reports_errors
     def _begin(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._choose(context)
-        obj = posed_object(context)
+        obj = arap_object(context)
         self._run = BlendRun(context, obj, self._blend, event.mouse_x, is_followed=is_followed(obj))
         self._is_confirmed = False
         self.factor = 0.0
@@ -141,7 +141,7 @@ class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
             self._report(f"{text}. {problem}" if problem else f"Nothing has changed: {text}")
             return {"CANCELLED"}
         self._show(context)
-        # The timer of a posing act must go on.
+        # The timer of an interaction must go on.
         return {"PASS_THROUGH"} if event.type == "TIMER" else {"RUNNING_MODAL"}
 
     def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:

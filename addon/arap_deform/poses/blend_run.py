@@ -57,7 +57,7 @@ class BlendRun(ModalRun):
         self._tracker = None if is_followed else HandleTracker(self._scene)
         if self._tracker is not None:
             self._tracker.begin()
-            sessions.claim(obj, self)
+            sessions.lock(obj, self)
         super().__init__(context, TIMER_S)
 
     def wait(self) -> Wait | None:
@@ -107,7 +107,7 @@ class BlendRun(ModalRun):
             return
         if self._tracker is not None:
             self._tracker.drop()
-            sessions.release(self._uid, self)
+            sessions.unlock(self._uid, self)
         self.leave()
 
     def abort(self, _message: str = "") -> str:

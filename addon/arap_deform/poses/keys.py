@@ -87,7 +87,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
             names.append(key.name)
         shape_keys.make_active(obj, active)
         self._shapes.close()
-        shape_keys.tell_changed(obj)
+        shape_keys.notify_keys_changed(obj)
         return names
 
 

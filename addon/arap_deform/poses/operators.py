@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""Storing, mirroring and deleting poses, making shape keys of them; and the reasons why an act is not possible."""
+"""Storing, mirroring and deleting poses, making shape keys of them; and the reasons why a task is not possible."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
@@ -9,8 +9,8 @@ from ..core.naming import counted
 from ..pose.job_operator import JobOperator
 from ..ui.checks import (
     ArapOperator,
+    arap_object,
     is_posed,
-    posed_object,
     why_not_changeable,
     why_not_object_mode,
     why_not_posable,
@@ -29,18 +29,18 @@ AXES = (
 def why_no_library(context: bpy.types.Context) -> str:
     """As why_not_changeable(), and the mesh must be in Object Mode."""
     reason = why_not_changeable(context)
-    return reason or why_not_object_mode(posed_object(context))
+    return reason or why_not_object_mode(arap_object(context))
 
 
 def why_not_storable(context: bpy.types.Context) -> str:
     """As why_no_library(), and there must be handles."""
     lack = "Add a handle first: a pose stores the places of the handles"
-    return why_no_library(context) or ("" if posed_object(context).arap.handles else lack)
+    return why_no_library(context) or ("" if arap_object(context).arap.handles else lack)
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:
     """As why_no_library(), and there must be a stored pose."""
-    return why_no_library(context) or ("" if posed_object(context).arap.poses else "Store a pose first")
+    return why_no_library(context) or ("" if arap_object(context).arap.poses else "Store a pose first")
 
 
 def why_no_usable_pose(context: bpy.types.Context) -> str:
@@ -51,7 +51,7 @@ def why_no_usable_pose(context: bpy.types.Context) -> str:
 def why_not_applicable(context: bpy.types.Context) -> str:
     """As why_no_usable_pose(), and the mesh must be able to follow."""
     reason = why_no_usable_pose(context)
-    return reason or ("" if is_followed(posed_object(context)) else why_not_posable(context))
+    return reason or ("" if is_followed(arap_object(context)) else why_not_posable(context))
 
 
 def why_no_pose_keys(context: bpy.types.Context) -> str:
@@ -66,7 +66,7 @@ def is_followed(obj: bpy.types.Object) -> bool:
 
 def active_name(context: bpy.types.Context) -> str:
     """The name of the selected pose of the list; '' if there is none."""
-    settings = posed_object(context).arap
+    settings = arap_object(context).arap
     index = settings.active_pose_index
     return str(settings.poses[index].name) if 0 <= index < len(settings.poses) else ""
 
@@ -92,7 +92,7 @@ class ARAP_OT_poses_store(ArapOperator, bpy.types.Operator):
             return "Replace the selected pose by the present places of the handles"
         return cls.bl_description
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         name = active_name(context) if self.is_replacing else self.name
         if self.is_replacing and not name:
             raise ValueError("No pose is selected: select one in the list")
@@ -106,7 +106,7 @@ class ARAP_OT_poses_delete(ArapOperator, bpy.types.Operator):
     bl_description = "Delete the selected pose of the list. Handles, mesh and shape keys stay"
     why_not = staticmethod(why_no_stored_pose)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         delete_pose(obj, active_name(context))
 
 
@@ -121,7 +121,7 @@ class ARAP_OT_poses_mirror(ArapOperator, bpy.types.Operator):
 
     axis: EnumProperty(name="Axis", description="Normal of the mirror plane, in object space", items=AXES, default="X")
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         pose = mirror_pose(obj, active_name(context), "XYZ".index(self.axis))
         self.report({"INFO"}, f"Stored pose '{pose.name}'")
 
@@ -134,7 +134,7 @@ class ARAP_OT_poses_to_keys(JobOperator, bpy.types.Operator):
         "runs are replaced, other keys stay"
     )
     why_not = staticmethod(why_no_pose_keys)
-    act_name = "Poses to Shape Keys"
+    task_name = "Poses to Shape Keys"
 
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> PoseKeysJob:
         return PoseKeysJob(obj)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Poses": the object's pose library; and a menu of the same acts, which lets F3 find them."""
+"""The sub-panel "Poses": the object's pose library; and a menu of the same operators, which lets F3 find them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..ui.checks import posed_object
+from ..ui.checks import arap_object
 from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text
 
 
@@ -39,7 +39,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        settings = posed_object(context).arap
+        settings = arap_object(context).arap
         row = layout.row()
         row.template_list("ARAP_UL_poses", "", settings, "poses", settings, "active_pose_index", rows=3)
         column = row.column(align=True)

@@ -78,7 +78,7 @@ class ArapControl(BaseShape, bpy.types.PropertyGroup):
         update=_on_target_changed,
     )
     bone: StringProperty(name="Bone", description="Bone of the armature that moves the group", update=_on_changed)
-    is_exact: BoolProperty(
+    use_exact: BoolProperty(
         name="Exact",
         description=(
             "Hold every vertex, also if the handle is smaller than Rigidity. "
@@ -165,14 +165,14 @@ class ArapStiffness(bpy.types.PropertyGroup):
         precision=1,
         step=100,
     )
-    is_rigid: BoolProperty(
+    use_rigid: BoolProperty(
         name="Rigid",
         description=(
             "Vertices of weight 0.5 or more keep their shape exactly, like a helmet. "
             "Each connected piece moves as one piece"
         ),
     )
-    is_one_body: BoolProperty(
+    use_single_body: BoolProperty(
         name="As One Piece",
         description=(
             "The whole group moves as one piece, even if it is not connected: the shells of a helmet. "

@@ -309,11 +309,11 @@ class ArapObject(bpy.types.PropertyGroup):
         soft_max=1e-2,
         precision=6,
     )
-    join_seams: BoolProperty(
+    use_weld: BoolProperty(
         name="Weld Seams",
         description="Vertices at the same place count as one, so open seams stay closed",
     )
-    loose_follow: BoolProperty(
+    use_loose_parts: BoolProperty(
         name="Loose Pieces Follow",
         description=(
             "Separate pieces of the mesh without a pin or handle, such as eyes and buttons, move along with what they "
@@ -369,18 +369,18 @@ class ArapObject(bpy.types.PropertyGroup):
         ),
         update=_on_follow_changed,
     )
-    seen_matrix: FloatVectorProperty(
+    last_matrix: FloatVectorProperty(
         size=16, options={"HIDDEN"}, description="Own matrix of the object when it was seen last; 4x4, row by row"
     )
-    seen_points: FloatVectorProperty(
+    last_points: FloatVectorProperty(
         size=3 * MOST, options={"HIDDEN"}, description="A few vertices of the mesh at rest, then"
     )
     follow_error: StringProperty(
         name="Follow Problem", description="Why Follow switched itself off", options={"HIDDEN"}
     )
 
-    pose_act: IntProperty(
-        options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"
+    interaction_number: IntProperty(
+        options={"HIDDEN"}, description="Number of the interaction that this state of the scene belongs to; 0: none"
     )
 
     @property
@@ -396,7 +396,8 @@ class ArapObject(bpy.types.PropertyGroup):
     def has_data(self) -> bool:
         """Whether there is anything that must be looked at when the scene changes."""
         lists = (self.controls, self.attachments, self.pull_pins)
-        return any(map(len, lists)) or self.use_follow or self.attached_to.host is not None or self.pose_act != 0
+        is_attached = self.attached_to.host is not None
+        return any(map(len, lists)) or self.use_follow or is_attached or self.interaction_number != 0
 
 
 def register() -> None:

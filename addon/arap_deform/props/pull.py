@@ -66,7 +66,7 @@ class ArapPullSettings(bpy.types.PropertyGroup):
         subtype="PIXEL",
         update=_on_changed,
     )
-    is_reach_auto: BoolProperty(
+    use_auto_reach: BoolProperty(
         name="Auto Reach",
         description=(
             "While there is no pin, the limb under the mouse gives way, up to its root: an arm, a leg, a tail, an ear, "
@@ -75,7 +75,7 @@ class ArapPullSettings(bpy.types.PropertyGroup):
         default=True,
         update=_on_changed,
     )
-    turns_along: BoolProperty(
+    use_turn: BoolProperty(
         name="Turn Along",
         description="The pulled piece of a limb turns as the limb swings about its joint. Off: it keeps its angle",
         default=True,

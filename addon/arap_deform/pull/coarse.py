@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats, Ints
 from ..core.distance import distances_within
 from ..core.graph import connected_labels, fans
+from ..core.loose.binding import bind_loose_parts
 from ..core.loose.pieces import numbered
-from ..core.loose.riders import find_riders
 
 MOST_KNOWN = 50  # pieces
 N_POINTS = 4000  # about as many: a finger of a figure still has some around it
 
 
 @dataclass(frozen=True)
-class Fine:
+class RestMesh:
     """A mesh at rest.
 
     Attributes:
@@ -35,7 +35,7 @@ class Fine:
     face_sizes: Ints
     _known_along: dict[bytes, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    def is_same_as(self, other: Fine) -> bool:
+    def is_same_as(self, other: RestMesh) -> bool:
         """To compare takes a hundredth of the time that ``coarse`` takes."""
         pairs = (
             (self.points, other.points),
@@ -46,8 +46,8 @@ class Fine:
         return all(np.array_equal(one, another) for one, another in pairs)
 
     @cached_property
-    def coarse(self) -> Coarse:
-        return Coarse.of(self)
+    def coarse(self) -> SimplifiedSurface:
+        return SimplifiedSurface.of(self)
 
     @cached_property
     def pieces(self) -> NDArray[np.int64]:
@@ -62,14 +62,14 @@ class Fine:
         if held.tobytes() not in self._known_along:
             is_held = np.zeros(int(self.pieces.max(initial=-1)) + 1, dtype=bool)
             is_held[held[held >= 0]] = True
-            riders = find_riders(self.points, self.corner_vertices, self.face_sizes, self.pieces, is_held)
+            loose = bind_loose_parts(self.points, self.corner_vertices, self.face_sizes, self.pieces, is_held)
             self._known_along.clear()
-            self._known_along[held.tobytes()] = np.empty(0, dtype=np.int64) if riders is None else riders.vertices
+            self._known_along[held.tobytes()] = np.empty(0, dtype=np.int64) if loose is None else loose.vertices
         return self._known_along[held.tobytes()]
 
 
 @dataclass(frozen=True)
-class Coarse:
+class SimplifiedSurface:
     """Neighbouring vertices drawn together to their mean. They never reach across a gap.
 
     Attributes:
@@ -88,7 +88,7 @@ class Coarse:
     known: dict[bytes, Floats] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, fine: Fine) -> Coarse:
+    def of(cls, fine: RestMesh) -> SimplifiedSurface:
         starts = np.cumsum(fine.face_sizes, dtype=np.int64) - fine.face_sizes
         triangles = fans(fine.corner_vertices, starts, fine.face_sizes)
         sides = fine.points[fine.edges[:, 0]] - fine.points[fine.edges[:, 1]]
@@ -116,7 +116,7 @@ class Coarse:
         return distances_within(self.points, self.triangles.ravel(), sizes, sources, far)
 
 
-def _pieces_in_cells(fine: Fine, cell: float) -> NDArray[np.int64]:
+def _pieces_in_cells(fine: RestMesh, cell: float) -> NDArray[np.int64]:
     """(n,) numbers of the connected pieces of the mesh within the cells of a grid."""
     cells = np.floor((fine.points - fine.points.min(axis=0)) / cell)
     inside = fine.edges[(cells[fine.edges[:, 0]] == cells[fine.edges[:, 1]]).all(axis=1)]

@@ -16,8 +16,8 @@ from ..props.bounds import bounded
 from ..scene import meshes
 from ..ui import batches
 from ..ui.batches import Color
-from ..ui.checks import find_drawn_object, find_posed_object
-from . import seen_mesh
+from ..ui.checks import find_arap_object, find_drawn_object
+from . import evaluated_mesh
 from .drag import Mode
 from .run import runs
 from .view import View
@@ -30,7 +30,7 @@ BEHIND_ALPHA = 0.3  # of a pin that the mesh hides
 OUTLINE: Color = (0.0, 0.0, 0.0, 0.8)  # of a pin
 BEYOND: Color = (1.0, 0.25, 0.15, 1.0)  # from where the mesh has followed to, to the mouse
 
-_hover: tuple[object, seen_mesh.Pick | None] = (None, None)
+_hover: tuple[object, evaluated_mesh.PickedPatch | None] = (None, None)
 """The last pick under the mouse, after the state in which it was made."""
 
 
@@ -39,7 +39,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     if not hasattr(bpy.types.Object, "arap"):
         return  # the add-on was disabled while another workspace had the tool
     region, region_data = context.region, context.region_data
-    in_hand = find_posed_object(context)
+    in_hand = find_arap_object(context)
     obj = moving_mesh(in_hand) if in_hand is not None else None
     if region is None or region_data is None:
         return
@@ -61,7 +61,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
         return
     is_pulled = obj is not None and obj.session_uid in {r.scene.uid for r in runs}
     if obj is not None and obj.mode == "OBJECT" and not is_pulled:
-        view = seen_mesh.view_of(region, region_data)
+        view = evaluated_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
         if pick is not None:
             _draw_patch(context, obj, view, pick, corner, color)
@@ -70,14 +70,21 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
 
 def hover(
     context: bpy.types.Context, obj: bpy.types.Object, view: View, mouse: tuple[float, float], radius: float
-) -> seen_mesh.Pick | None:
+) -> evaluated_mesh.PickedPatch | None:
     """The pick under the mouse; made once for each place of the mouse, view and state of the mesh."""
     global _hover  # noqa: PLW0603 - drawing functions keep nothing, so the module keeps the last pick
     depsgraph = meshes.drawn_depsgraph(context)
     try:
-        now = (obj.session_uid, seen_mesh.read(obj, depsgraph), mouse, radius, view.perspective.tobytes(), view.size)
+        now = (
+            obj.session_uid,
+            evaluated_mesh.read(obj, depsgraph),
+            mouse,
+            radius,
+            view.perspective.tobytes(),
+            view.size,
+        )
         if _hover[0] != now:
-            _hover = (now, seen_mesh.pick(obj, depsgraph, view, mouse, radius))
+            _hover = (now, evaluated_mesh.pick(obj, depsgraph, view, mouse, radius))
         return _hover[1]
     except (ValueError, RuntimeError):  # a press of the mouse says why; the cursor shows no patch
         return None
@@ -87,12 +94,12 @@ def _draw_patch(
     context: bpy.types.Context,
     obj: bpy.types.Object,
     view: View,
-    pick: seen_mesh.Pick,
+    pick: evaluated_mesh.PickedPatch,
     corner: Floats,
     color: Color,
 ) -> None:
-    seen = seen_mesh.read(obj, meshes.drawn_depsgraph(context))
-    triangles = seen_mesh.patch_triangles(seen, pick.vertices)
+    seen = evaluated_mesh.read(obj, meshes.drawn_depsgraph(context))
+    triangles = evaluated_mesh.patch_triangles(seen, pick.vertices)
     if len(triangles):
         pixels = view.pixels(seen.positions[triangles.ravel()]).reshape(-1, 3, 2)
         first, second = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
@@ -111,14 +118,14 @@ def draw_pins() -> None:
     if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:
         return
     try:
-        seen = seen_mesh.read(obj, meshes.drawn_depsgraph(context))
+        seen = evaluated_mesh.read(obj, meshes.drawn_depsgraph(context))
     except ValueError:
         return
     of_mesh = [pin for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)]
     pins = [(pin.vertices, bounded(pin, "reach")) for pin in of_mesh if len(pin.vertices)]  # damaged ones have none
     if not pins:
         return
-    view = seen_mesh.view_of(context.region, context.region_data)
+    view = evaluated_mesh.view_of(context.region, context.region_data)
     places = np.array([_middle_of(seen.positions[vertices]) for vertices, _ in pins])
     is_set = np.array([reach == 0.0 for _, reach in pins])
     for is_hidden_behind, alpha in ((False, BEHIND_ALPHA), (True, 1.0)):

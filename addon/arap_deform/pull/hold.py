@@ -11,15 +11,15 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Float32s, Floats, Ints
-from ..core.session_input import GroupHold, Hold, SessionInput
+from ..core.session_input import Constraint, SessionInput, VertexConstraint
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, inverted, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.inputs import read_input
 from ..scene.seen.look import look
-from . import pins, seen_mesh
+from . import evaluated_mesh, pins
 from .drag import Lever
-from .region import Grab, Joint, fine_of, hold_of_rest, joint_of, with_root
+from .region import Joint, PulledPatch, fine_of, hold_of_rest, joint_of, with_root
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,15 @@ class Pull:
     """
 
     inputs: SessionInput
-    grabs: tuple[Grab, ...]
+    grabs: tuple[PulledPatch, ...]
     rest: HandleSpec | None
     joint: Joint | None
     shown: Float32s
     to_seen: Floats
 
     @property
-    def holds(self) -> tuple[Hold, ...]:
-        return self.inputs.holds
+    def holds(self) -> tuple[Constraint, ...]:
+        return self.inputs.constraints
 
     def matrices(self, motion: Floats, world: Floats) -> Floats:
         """(h, 4, 4) object-space motions of everything that is held.
@@ -78,7 +78,7 @@ class Pull:
 
 
 def begin_pull(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grabs: Sequence[Grab], begun: Pull | None = None
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grabs: Sequence[PulledPatch], begun: Pull | None = None
 ) -> Pull:
     """Reads the input of a drag of ``grabs``. Main thread only.
 
@@ -109,21 +109,21 @@ def begin_pull(
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
         fine = fine_of(inputs.mesh, inputs.stretch, versions.read_edges(obj.data))
         grabs = with_root(fine, grabs)
-        rest = hold_of_rest(fine, [*others, *grabs], loose_follow=inputs.settings.loose_follow)
+        rest = hold_of_rest(fine, [*others, *grabs], use_loose_parts=inputs.settings.use_loose_parts)
         joint = joint_of(fine, grabs[0])
         added.append(rest)
-    holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
+    holds = (*inputs.constraints, *(VertexConstraint(spec.name, spec.use_exact) for spec in added))
     motions = handle_motion.handle_matrices(obj, depsgraph) if inputs.specs else ()
     based = (
         *(_held_as_shown(spec, shown, motion) for spec, motion in zip(inputs.specs, motions, strict=True)),
         *(replace(spec, base=shown) for spec in added),
     )
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
-    return Pull(replace(inputs, specs=based, holds=holds, shown=shown), grabs, rest, joint, shown, to_seen)
+    return Pull(replace(inputs, specs=based, constraints=holds, shown=shown), grabs, rest, joint, shown, to_seen)
 
 
-def _spec_of(name: str, grab: Grab) -> HandleSpec:
-    return HandleSpec(name, grab.vertices, np.ones(len(grab.vertices)), is_exact=False)
+def _spec_of(name: str, grab: PulledPatch) -> HandleSpec:
+    return HandleSpec(name, grab.vertices, np.ones(len(grab.vertices)), use_exact=False)
 
 
 def _held_as_shown(spec: HandleSpec, shown: Float32s, motion: Floats) -> HandleSpec:
@@ -132,13 +132,15 @@ def _held_as_shown(spec: HandleSpec, shown: Float32s, motion: Floats) -> HandleS
     return replace(spec, segment=replace(spec.segment, motion=motion))
 
 
-def _without(grabs: Sequence[Grab], vertices: Ints) -> tuple[Grab, ...]:
+def _without(grabs: Sequence[PulledPatch], vertices: Ints) -> tuple[PulledPatch, ...]:
     """The grabs without these vertices; empty ones are left out."""
     left = (replace(grab, vertices=np.setdiff1d(grab.vertices, vertices)) for grab in grabs)
     return tuple(grab for grab in left if len(grab.vertices))
 
 
-def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[HandleSpec]) -> tuple[Grab, ...]:
+def _without_held(
+    obj: bpy.types.Object, grabs: Sequence[PulledPatch], specs: Sequence[HandleSpec]
+) -> tuple[PulledPatch, ...]:
     held = [spec.vertices[spec.weights >= 1.0] for spec in specs]
     left = _without(grabs, np.concatenate([np.empty(0, dtype=np.int32), *held]))
     if len(left) < len(grabs):
@@ -146,9 +148,9 @@ def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[
     return left
 
 
-def _to_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grab: Grab, shown: Float32s) -> Floats:
+def _to_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grab: PulledPatch, shown: Float32s) -> Floats:
     world = meshes.read_matrix(obj, depsgraph)
-    seen = seen_mesh.read(obj, depsgraph).positions[grab.vertices]
+    seen = evaluated_mesh.read(obj, depsgraph).positions[grab.vertices]
     in_object = transformed(inverted(world), seen)
     posed = shown[grab.vertices].astype(np.float64)
     size = np.abs(shown).max()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels
-from .coarse import Coarse, Fine
+from .coarse import RestMesh, SimplifiedSurface
 
 N_BONES = 5  # the length of a limb is measured along so many straight pieces
 N_CUTS = 80  # from the pulled piece to the far end of the mesh
@@ -38,7 +38,7 @@ class Cut(NamedTuple):
         return self.length**2 / (self.area * (1.0 - self.area / self.whole))
 
 
-def root_of(coarse: Coarse, vertices: Ints, least: float) -> float:
+def root_of(coarse: SimplifiedSurface, vertices: Ints, least: float) -> float:
     """The distance of the root of the limb from a piece of the surface; 0 if the piece is on no limb.
 
     Args:
@@ -59,11 +59,11 @@ def root_of(coarse: Coarse, vertices: Ints, least: float) -> float:
     return 0.0
 
 
-def limb_of(fine: Fine, vertices: Ints, root: float) -> NDArray[np.bool_]:
+def limb_of(fine: RestMesh, vertices: Ints, root: float) -> NDArray[np.bool_]:
     """(n,) which vertices of the mesh go along with a piece of the surface whose limb has its root at this distance.
 
     Pieces that the limb alone joins to the body go along, too: the foot, if the knee is pulled. What no face joins to
-    the limb does not, but see Fine.going_along().
+    the limb does not, but see RestMesh.going_along().
     """
     coarse = fine.coarse
     distances = coarse.distances(vertices)
@@ -72,7 +72,7 @@ def limb_of(fine: Fine, vertices: Ints, root: float) -> NDArray[np.bool_]:
     return is_limb
 
 
-def bone_length(fine: Fine, vertices: Ints, root: float) -> float:
+def bone_length(fine: RestMesh, vertices: Ints, root: float) -> float:
     """Length of a limb from a piece of the surface to the root: through the middle, so a limb cannot reach farther."""
     coarse = fine.coarse
     distances = coarse.distances(vertices)
@@ -84,13 +84,13 @@ def bone_length(fine: Fine, vertices: Ints, root: float) -> float:
     return float(np.linalg.norm(np.diff(middles, axis=0), axis=1).sum())
 
 
-def border_of(fine: Fine, is_limb: NDArray[np.bool_]) -> Ints:
+def border_of(fine: RestMesh, is_limb: NDArray[np.bool_]) -> Ints:
     """(k,) vertices where a limb meets the rest of the mesh."""
     crossing = fine.edges[is_limb[fine.edges[:, 0]] != is_limb[fine.edges[:, 1]]]
     return np.asarray(np.unique(crossing), dtype=np.int32)
 
 
-def _cuts(coarse: Coarse, distances: Floats) -> Iterator[Cut]:
+def _cuts(coarse: SimplifiedSurface, distances: Floats) -> Iterator[Cut]:
     """Cuts at ascending distances."""
     is_reached = np.isfinite(distances[coarse.triangles]).all(axis=1)
     triangles, areas = coarse.triangles[is_reached], coarse.areas[is_reached]
@@ -112,7 +112,7 @@ def _cuts(coarse: Coarse, distances: Floats) -> Iterator[Cut]:
         yield Cut(float(distance), float(width @ share), whole - body_area, whole)
 
 
-def _body(coarse: Coarse, distances: Floats, distance: float) -> NDArray[np.bool_]:
+def _body(coarse: SimplifiedSurface, distances: Floats, distance: float) -> NDArray[np.bool_]:
     """(m,) the largest connected piece of what is farther than this."""
     is_beyond = np.isfinite(distances) & (distances > distance)
     labels = connected_labels(len(distances), *coarse.edges[is_beyond[coarse.edges].all(axis=1)].T)

@@ -8,17 +8,17 @@ import bpy
 
 from ..core.naming import counted
 from ..core.native import ERRORS, sentence_of
-from ..engine.act import End, Ending, Phase
+from ..engine.interaction import End, Ending, Phase
 from ..props import preferences
 from ..scene import known, redraw, shape_keys
 from ..scene.registration import for_each
-from ..setup.chosen import take_in_hand
+from ..setup.chosen import select_target
 from ..setup.handles import following_first_handle
 from ..ui.checks import (
     ArapOperator,
     allow,
-    find_posed_object,
-    posed_object,
+    arap_object,
+    find_arap_object,
     reports_errors,
     select_alone,
     why_not_idle,
@@ -29,8 +29,8 @@ from ..ui.modal import ModalOperator
 from . import pins, tool
 from .drag import Mode, press_place
 from .other_mesh import mesh_at, pulled_object
-from .region import Grab
-from .run import Grip, PullRun, find_grip, grabs_at, remove_pins_at, runs
+from .region import PulledPatch
+from .run import DragStart, PullRun, find_grip, grabs_at, remove_pins_at, runs
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
 CANCEL = {"ESC", "RIGHTMOUSE"}
@@ -43,7 +43,7 @@ MOVES = {*MOUSE_MOVES, "NONE"}
 def why_no_pull(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a temporary pin of the tool."""
     lack = "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
-    return why_not_idle(context) or ("" if posed_object(context).arap.pull_pins else lack)
+    return why_not_idle(context) or ("" if arap_object(context).arap.pull_pins else lack)
 
 
 class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
@@ -55,7 +55,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     _run: PullRun | None = None
-    _grip: Grip | None = None
+    _grip: DragStart | None = None
     _problem = ""  # why the mesh in hand cannot be pulled: told by a drag, and by a click unless it takes another mesh
 
     @classmethod
@@ -64,7 +64,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             return allow(cls, "Pulling needs a window: use handles and Solve")
         if context.region_data is None:
             return allow(cls, "Pull in a 3D view")
-        return allow(cls, "" if find_posed_object(context) is not None else "Select a mesh first")
+        return allow(cls, "" if find_arap_object(context) is not None else "Select a mesh first")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
@@ -98,7 +98,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
                 run.tick()
             run.show_status(context)
         except Exception as error:  # noqa: BLE001 - whatever it is, the drag must end, and the mesh go back
-            run.act.fail(error)
+            run.interaction.fail(error)
         if run.is_over:
             return self._end() | (answer & {"PASS_THROUGH"})
         return answer
@@ -172,7 +172,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             if not remove_pins_at(obj, pick):
                 raise ValueError("There is no pin of ARAP Pull here: point at one of its dots")
         else:
-            pins.add(obj, [replace(grab, reach=0.0) for grab in grabs_at(obj, pick, Grab(pick.vertices))])
+            pins.add(obj, [replace(grab, reach=0.0) for grab in grabs_at(obj, pick, PulledPatch(pick.vertices))])
             tool.watch()
         redraw.tag_views()
         return {"FINISHED"}
@@ -195,7 +195,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         elif event.value != "PRESS":
             pass
         elif event.type in CANCEL:
-            run.act.cancel()
+            run.interaction.cancel()
         elif event.type in AXES and not (event.ctrl or event.oskey):  # Ctrl Z is no axis
             run.drag.toggle_axis(AXES[event.type])
             run.move(mouse)
@@ -210,10 +210,10 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         run = self._run
         assert run is not None
         if event.value == "PRESS" and event.type not in MOVES and not event.type.startswith("TIMER"):
-            if run.act.phase is not Phase.BINDING:
-                run.act.keep(is_settling=False)
+            if run.interaction.phase is not Phase.BINDING:
+                run.interaction.keep(is_settling=False)
             elif event.type == "ESC" or _is_undo(event):  # there is no step of this drag yet that undo could take back
-                run.act.cancel()
+                run.interaction.cancel()
                 return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
 
@@ -228,7 +228,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
 
 
-def _grip_at(context: bpy.types.Context, mouse: tuple[int, int]) -> Grip | None:
+def _grip_at(context: bpy.types.Context, mouse: tuple[int, int]) -> DragStart | None:
     """As find_grip(), on pulled_object(). Raises ValueError too if that cannot be pulled."""
     obj = pulled_object(context)
     reason = why_not_pullable(context, obj)
@@ -241,7 +241,7 @@ def _grip_at(context: bpy.types.Context, mouse: tuple[int, int]) -> Grip | None:
 
 def _take_in_hand(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     """What is pulled through a mesh that is attached to it: the tab and the pins shown are of that."""
-    if posed_object(context) != obj:
+    if arap_object(context) != obj:
         select_alone(context, obj)
 
 
@@ -267,11 +267,11 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
     bl_description = "Turn pulled pieces into handles with empties, and pieces at rest into pins. The mesh stays"
     why_not = staticmethod(why_no_pull)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         with following_first_handle(obj):
             n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
             if n_handles:
-                take_in_hand(context, obj.arap.controls[-1])
+                select_target(context, obj.arap.controls[-1])
         made = [counted(n, word) for n, word in ((n_handles, "handle"), (n_pins, "pin")) if n]
         self.report({"INFO"}, f"Made {' and '.join(made)}")
         redraw.tag_views()
@@ -283,7 +283,7 @@ class ARAP_OT_pull_release(ArapOperator, bpy.types.Operator):
     bl_description = "Remove all temporary pins of the tool. The mesh stays as it is"
     why_not = staticmethod(why_no_pull)
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         obj.arap.pull_pins.clear()
         redraw.tag_views()
 
@@ -292,7 +292,7 @@ def why_not_in_view(context: bpy.types.Context) -> str:
     """As why_not_pullable(). There must be a 3D view."""
     if not isinstance(context.space_data, bpy.types.SpaceView3D):
         return "Take the tool in a 3D view"
-    if context.mode != "OBJECT" and context.object is not None and find_posed_object(context) != context.object:
+    if context.mode != "OBJECT" and context.object is not None and find_arap_object(context) != context.object:
         return why_not_object_mode(context.object)  # of an armature: tools belong to modes
     return why_not_pullable(context)
 
@@ -304,7 +304,7 @@ class ARAP_OT_pull_tool(ArapOperator, bpy.types.Operator):
     bl_options: set[str] = set()
     why_not = staticmethod(why_not_in_view)
 
-    def act(self, _context: bpy.types.Context, _obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, _obj: bpy.types.Object) -> None:
         bpy.ops.wm.tool_set_by_id(name=tool.IDNAME)
 
 

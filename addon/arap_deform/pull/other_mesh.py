@@ -7,8 +7,8 @@ import bpy
 from mathutils import Vector
 
 from ..attach.hosts import moving_mesh
-from ..ui.checks import hidden_text, posed_object
-from .seen_mesh import view_of
+from ..ui.checks import arap_object, hidden_text
+from .evaluated_mesh import view_of
 from .view import Pixels
 
 SEEN_THROUGH = {"BOUNDS", "WIRE"}
@@ -16,7 +16,7 @@ SEEN_THROUGH = {"BOUNDS", "WIRE"}
 
 def pulled_object(context: bpy.types.Context) -> bpy.types.Object:
     """The mesh in hand, or what moves that. Raises ValueError if there is none."""
-    return moving_mesh(posed_object(context))
+    return moving_mesh(arap_object(context))
 
 
 def mesh_at(context: bpy.types.Context, pixel: Pixels) -> bpy.types.Object | None:

@@ -13,11 +13,11 @@ from ..core.arrays import Float32s, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..props.bounds import bounded
-from ..scene import groups, known, meshes, pose_key, staying, versions
+from ..scene import groups, known, meshes, pose_key, preserve_shape, versions
 from ..setup.handles import add_handle
 from ..setup.names import name_for
 from ..setup.pins import add_pin
-from .region import Grab, fine_of, hold_of_rest
+from .region import PulledPatch, fine_of, hold_of_rest
 
 if TYPE_CHECKING:
     from ..props.controls import ArapControl
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diagonal
 
 
-def grabs_of(obj: bpy.types.Object) -> list[Grab]:
+def grabs_of(obj: bpy.types.Object) -> list[PulledPatch]:
     """The pieces that the temporary pins hold."""
-    return [Grab(pin.vertices, bounded(pin, "reach"), bounded(pin, "root")) for pin in obj.arap.pull_pins]
+    return [PulledPatch(pin.vertices, bounded(pin, "reach"), bounded(pin, "root")) for pin in obj.arap.pull_pins]
 
 
 def has_set_pins(obj: bpy.types.Object) -> bool:
@@ -42,7 +42,7 @@ def find(obj: bpy.types.Object, vertices: Ints) -> list[int]:
     return [i for i, pin in enumerate(obj.arap.pull_pins) if np.isin(pin.vertices, vertices).any()]
 
 
-def add(obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
+def add(obj: bpy.types.Object, grabs: Sequence[PulledPatch]) -> None:
     """Makes temporary pins. A new pin takes its vertices from older ones, and removes a pin that becomes empty."""
     pins = obj.arap.pull_pins
     for grab in grabs:
@@ -99,7 +99,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     if not has_set_pins(obj):
         stretch = meshes.read_stretch(obj, depsgraph)
         fine = fine_of(meshes.read_mesh(obj), stretch, versions.read_edges(obj.data))
-        hold = hold_of_rest(fine, grabs, loose_follow=obj.arap.loose_follow)
+        hold = hold_of_rest(fine, grabs, use_loose_parts=obj.arap.use_loose_parts)
     first = len(obj.arap.controls)
     for grab in grabs:
         if has_moved[grab.vertices].any():
@@ -111,7 +111,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
         groups.write(obj, rest_pin.vertex_group, hold.vertices, hold.weights)
     # All at once: each of them was added beside the ones before, but in the pull all of them held the mesh.
     made = obj.arap.controls[first:]
-    staying.stay(obj, None, *made)
+    preserve_shape.keep_shown_shape(obj, None, *made)
     if hold is not None and len(hold.vertices):
         _hold_as_pulled(obj, made[-1], hold, shown - rest)
     obj.arap.pull_pins.clear()

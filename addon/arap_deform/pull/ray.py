@@ -16,7 +16,7 @@ from ..scene import meshes
 
 
 @dataclass(frozen=True)
-class Hit:
+class RayHit:
     """A place on an evaluated mesh.
 
     Attributes:
@@ -29,7 +29,7 @@ class Hit:
     face: int
 
 
-def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
+def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> RayHit | None:
     """Where a ray meets the mesh first; None if it meets neither that nor what is attached to it.
 
     If it meets what is attached to the mesh before: the place of the mesh that is nearest to there.
@@ -47,7 +47,7 @@ def cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, 
     return own if found is own or found is None else _nearest(obj, depsgraph, found.place)
 
 
-def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> Hit | None:
+def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats) -> RayHit | None:
     evaluated = obj.evaluated_get(depsgraph)
     world = meshes.read_matrix(obj, depsgraph)
     if has_no_inverse(world):
@@ -58,7 +58,7 @@ def _cast(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats,
     return _seen(world, place, normal, face) if is_hit and face >= 0 else None
 
 
-def _nearest(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, place: Floats) -> Hit | None:
+def _nearest(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, place: Floats) -> RayHit | None:
     world = meshes.read_matrix(obj, depsgraph)
     if has_no_inverse(world):
         return None
@@ -67,7 +67,7 @@ def _nearest(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, place: Float
     return _seen(world, nearest, normal, face) if is_found and face >= 0 else None
 
 
-def _seen(world: Floats, place: Vector, normal: Vector, face: int) -> Hit:
+def _seen(world: Floats, place: Vector, normal: Vector, face: int) -> RayHit:
     outwards = inverted(world)[:3, :3].T @ np.array(normal)
     length = np.linalg.norm(outwards)
-    return Hit(transformed(world, np.array(place)), outwards / (length if length > 0.0 else 1.0), int(face))
+    return RayHit(transformed(world, np.array(place)), outwards / (length if length > 0.0 else 1.0), int(face))

@@ -16,7 +16,7 @@ from ..core.patches import diagonal_of
 from ..core.session_data import SessionMesh
 from ..core.targets import HandleSpec
 from ..core.transforms import nearest_rotations
-from .coarse import Fine
+from .coarse import RestMesh
 from .limb import bone_length, border_of, limb_of, root_of
 
 MIRROR_TOLERANCE = 1e-4  # largest distance between mirror images, as a fraction of the diagonal
@@ -27,11 +27,11 @@ Signs = tuple[float, float, float]
 """A mirror image, object space: -1 for every mirrored axis."""
 ITSELF: Signs = (1.0, 1.0, 1.0)
 
-_last_fine: Fine | None = None
+_last_fine: RestMesh | None = None
 
 
 @dataclass(frozen=True)
-class Grab:
+class PulledPatch:
     """A piece of the surface that is held or dragged.
 
     Attributes:
@@ -75,7 +75,7 @@ def _symmetric(motion: Floats, planes: Sequence[Signs], centre: Floats, stretch:
     return result
 
 
-def symmetric_grabs(rest: Floats, edges: Ints, grab: Grab, axes: Sequence[bool]) -> list[Grab]:
+def symmetric_grabs(rest: Floats, edges: Ints, grab: PulledPatch, axes: Sequence[bool]) -> list[PulledPatch]:
     """The piece under the mouse, joined with the mirror images that touch it, then its other images.
 
     Args:
@@ -130,10 +130,10 @@ def connected_within(points: Floats, edges: Ints, seeds: Ints, centre: Floats, r
     return near[np.isin(labels, of_seeds)].astype(np.int32)
 
 
-def fine_of(mesh: SessionMesh, stretch: Floats, edges: Ints) -> Fine:
+def fine_of(mesh: SessionMesh, stretch: Floats, edges: Ints) -> RestMesh:
     """The mesh at rest, as seen. The last one is kept: the next drag is mostly of the same mesh."""
     global _last_fine  # noqa: PLW0603 - what is read of a mesh lives as long as the file
-    fine = Fine(mesh.rest_positions @ stretch.T, edges, mesh.corner_vertices, mesh.face_sizes)
+    fine = RestMesh(mesh.rest_positions @ stretch.T, edges, mesh.corner_vertices, mesh.face_sizes)
     if _last_fine is None or not fine.is_same_as(_last_fine):
         _last_fine = fine
     return _last_fine
@@ -145,7 +145,7 @@ def forget_fine() -> None:
     _last_fine = None
 
 
-def with_root(fine: Fine, grabs: Sequence[Grab]) -> tuple[Grab, ...]:
+def with_root(fine: RestMesh, grabs: Sequence[PulledPatch]) -> tuple[PulledPatch, ...]:
     """A piece and its mirror images, with the root of the limb that they are on."""
     first = grabs[0]
     root = first.root
@@ -167,7 +167,7 @@ class Joint:
     length: float
 
 
-def joint_of(fine: Fine, grab: Grab) -> Joint | None:
+def joint_of(fine: RestMesh, grab: PulledPatch) -> Joint | None:
     """None if the piece is on no limb."""
     if not grab.root:
         return None
@@ -175,17 +175,17 @@ def joint_of(fine: Fine, grab: Grab) -> Joint | None:
     return Joint(border, bone_length(fine, grab.vertices, grab.root)) if len(border) else None
 
 
-def hold_of_rest(fine: Fine, grabs: Sequence[Grab], *, loose_follow: bool) -> HandleSpec:
+def hold_of_rest(fine: RestMesh, grabs: Sequence[PulledPatch], *, use_loose_parts: bool) -> HandleSpec:
     """Holds the vertices beyond the limbs of ``grabs``, or where there is no limb beyond their reach.
 
     From FREE_SHARE of the reach on the hold grows from soft.
 
     Args:
         grabs: each with a reach and a root.
-        loose_follow: does not hold the loose pieces that follow the pulled ones.
+        use_loose_parts: does not hold the loose pieces that follow the pulled ones.
     """
     weights = np.ones(len(fine.points))
-    if loose_follow:
+    if use_loose_parts:
         weights[fine.going_along(np.concatenate([grab.vertices for grab in grabs]))] = 0.0
     for grab in grabs:
         if grab.root:
@@ -208,7 +208,7 @@ def _ball_of(points: Floats, vertices: Ints) -> tuple[Floats, float]:
     return centre, float(np.linalg.norm(points[vertices] - centre, axis=1).max())
 
 
-def _fading(fine: Fine, grab: Grab) -> tuple[Ints, Floats]:
+def _fading(fine: RestMesh, grab: PulledPatch) -> tuple[Ints, Floats]:
     """(k,) the vertices within the reach, and how strongly each is held."""
     centre, radius = _ball_of(fine.points, grab.vertices)
     free = connected_within(fine.points, fine.edges, grab.vertices, centre, radius + grab.reach)

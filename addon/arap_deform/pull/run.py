@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One drag of ARAP Pull: the piece under the mouse, the posing act that follows the mouse, and its end."""
+"""One drag of ARAP Pull: the piece under the mouse, the interaction that follows the mouse, and its end."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 
 from ..core.arrays import Ints
 from ..core.native import ERRORS
-from ..engine.act import End, Ending, Phase, PoseAct
+from ..engine.interaction import End, Ending, Interaction, Phase
 from ..engine.scene import is_rendering
-from ..follow.runs import give_up
+from ..follow.runs import clear_follow_error
 from ..pose.run import ActRun
 from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import known, meshes, versions
-from . import pins, seen_mesh
+from . import evaluated_mesh, pins
 from .drag import Drag, Mode
-from .region import Grab, connected_within, symmetric_grabs
+from .region import PulledPatch, connected_within, symmetric_grabs
 from .scene import PullScene
 from .view import Pixels, View
 
@@ -30,7 +30,7 @@ MODES = {Mode.MOVE: "move", Mode.TURN: "turn", Mode.NORMAL: "normal"}
 
 
 @dataclass(frozen=True)
-class Grip:
+class DragStart:
     """The place that the mouse drags; no Blender data.
 
     Attributes:
@@ -42,30 +42,30 @@ class Grip:
     uid: int
     view: View
     mouse: Pixels
-    pick: seen_mesh.Pick
+    pick: evaluated_mesh.PickedPatch
 
 
-def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[float, float]) -> Grip | None:
-    """The grip under the mouse; None if the mesh is not there. Raises ValueError as seen_mesh.pick()."""
-    view = seen_mesh.view_of(context.region, context.region_data)
+def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[float, float]) -> DragStart | None:
+    """The grip under the mouse; None if the mesh is not there. Raises ValueError as evaluated_mesh.pick()."""
+    view = evaluated_mesh.view_of(context.region, context.region_data)
     radius = preferences.pull().radius
-    pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius)
-    return None if pick is None else Grip(known.add(obj), view, mouse, pick)
+    pick = evaluated_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius)
+    return None if pick is None else DragStart(known.add(obj), view, mouse, pick)
 
 
-def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, patch: Grab) -> list[Grab]:
+def grabs_at(obj: bpy.types.Object, pick: evaluated_mesh.PickedPatch, patch: PulledPatch) -> list[PulledPatch]:
     """The temporary pin at the place, else the patch; then its mirror images. Raises ValueError as mirrored()."""
     there = pins.find(obj, pick.seeds)
     return mirrored(obj, pins.grabs_of(obj)[there[0]] if there else patch)
 
 
-def patch_of(vertices: Ints, radius: float) -> Grab:
+def patch_of(vertices: Ints, radius: float) -> PulledPatch:
     """A patch of this radius that is dragged, with the reach of the settings."""
     settings = preferences.pull()
-    return Grab(vertices, bounded(settings, "reach") * radius, None if settings.is_reach_auto else 0.0)
+    return PulledPatch(vertices, bounded(settings, "reach") * radius, None if settings.use_auto_reach else 0.0)
 
 
-def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
+def mirrored(obj: bpy.types.Object, grab: PulledPatch) -> list[PulledPatch]:
     """The grab, and its mirror images if the mesh has symmetry turned on. Raises ValueError if it is not symmetric."""
     mesh = obj.data
     axes = (mesh.use_mirror_x, mesh.use_mirror_y, mesh.use_mirror_z)
@@ -83,31 +83,31 @@ class PullRun(ActRun):
 
     scene: PullScene
 
-    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object, grip: Grip) -> None:
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object, grip: DragStart) -> None:
         """Begins. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
         self.grip = grip
         self.is_released = False
         self.is_undone = False
         self._was_following = bool(obj.arap.use_follow)
         self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
-        give_up(obj)
+        clear_follow_error(obj)
         scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal, scene.lever)
-        self.drag.is_turning_along = preferences.pull().turns_along
-        self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
-        act = PoseAct(scene, is_drag=True)
-        act.begin()
-        super().__init__(context, scene, act, TIMER_S)
+        self.drag.is_turning_along = preferences.pull().use_turn
+        self._seen = evaluated_mesh.read(obj, context.evaluated_depsgraph_get())
+        interaction = Interaction(scene, is_drag=True)
+        interaction.begin()
+        super().__init__(context, scene, interaction, TIMER_S)
         runs.append(self)
 
     def move(self, mouse: Pixels) -> None:
         self.drag.to(mouse)
         self.scene.motion = self.drag.motion
-        self.act.unsettle()
+        self.interaction.unsettle()
         if not is_rendering():
-            before = self.act.readout
-            self.act.scene_changed()
-            self._has_followed = self.act.readout is not before
+            before = self.interaction.stats
+            self.interaction.scene_changed()
+            self._has_followed = self.interaction.stats is not before
 
     def tick(self) -> None:
         """For a timer. After a move there is no refining in the same turn: it would hold up the next move."""
@@ -118,7 +118,7 @@ class PullRun(ActRun):
     def undone(self) -> None:
         """Undo or redo has replaced the scene in which this drag began."""
         self.is_undone = True
-        self.act.leave("Undo has ended the pull")
+        self.interaction.leave("Undo has ended the pull")
 
     def resize(self) -> None:
         """Drags a patch of the present radius. An error ends the drag."""
@@ -129,20 +129,25 @@ class PullRun(ActRun):
         settings = preferences.pull()
         radius = settings.radius * self.grip.view.pixel_size(pick.place)
         edges = self._seen.topology.edges
-        self.act.unsettle()
+        self.interaction.unsettle()
         try:
             vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
             self.scene.grab(mirrored(obj, patch_of(vertices, radius)))
             self.drag.lever = self.scene.lever
         except ERRORS as error:
-            self.act.fail(error)
+            self.interaction.fail(error)
 
     @property
     def is_over(self) -> bool:
         """Whether the drag is released and settled, or has ended otherwise."""
-        if self.act.end is None and self.is_released and self.act.phase is Phase.FOLLOWING and self.act.is_settled:
-            self.act.keep(is_settling=False)
-        return self.act.end is not None
+        if (
+            self.interaction.end is None
+            and self.is_released
+            and self.interaction.phase is Phase.FOLLOWING
+            and self.interaction.is_settled
+        ):
+            self.interaction.keep(is_settling=False)
+        return self.interaction.end is not None
 
     def show_status(self, context: bpy.types.Context) -> None:
         self.show_text(context, self._status_text())
@@ -160,8 +165,8 @@ class PullRun(ActRun):
         return end
 
     def _status_text(self) -> str:
-        if self.act.phase is Phase.BINDING:
-            return f"ARAP Pull: preparing the mesh, {self.act.bind_fraction:.0%}   |   Esc: cancel"
+        if self.interaction.phase is Phase.BINDING:
+            return f"ARAP Pull: preparing the mesh, {self.interaction.bind_fraction:.0%}   |   Esc: cancel"
         if self.is_released:
             return "ARAP Pull: settling"
         if self.drag.is_beyond:
@@ -177,10 +182,10 @@ runs: list[PullRun] = []
 """The drag under way, and earlier ones that still settle."""
 
 
-def remove_pins_at(obj: bpy.types.Object, pick: seen_mesh.Pick) -> bool:
+def remove_pins_at(obj: bpy.types.Object, pick: evaluated_mesh.PickedPatch) -> bool:
     """Removes the temporary pins under the mouse and, with symmetry, their images; returns whether there were any."""
     vertices = np.union1d(pick.vertices, pick.seeds).astype(np.int32)
-    images: Sequence[Grab] = mirrored(obj, Grab(vertices)) if pins.find(obj, vertices) else ()
+    images: Sequence[PulledPatch] = mirrored(obj, PulledPatch(vertices)) if pins.find(obj, vertices) else ()
     found = {index for grab in images for index in pins.find(obj, grab.vertices)}
     pins.remove(obj, sorted(found))
     return bool(found)

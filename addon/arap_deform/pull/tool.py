@@ -12,7 +12,7 @@ import bpy
 from ..core import sessions
 from ..props import preferences
 from ..scene.registration import for_each
-from ..ui.checks import find_posed_object
+from ..ui.checks import find_arap_object
 from . import draw, pins
 
 IDNAME = "arap.pull"
@@ -65,15 +65,15 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
         layout.operator("arap.pull_release", text="Release")
         settings = preferences.pull()
         layout.prop(settings, "radius")
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
         if obj is not None and pins.has_set_pins(obj):
             layout.label(text="Reach: to pins")  # Auto Reach and Reach have no effect
         else:
             row = layout.row(align=True)
-            row.prop(settings, "is_reach_auto", toggle=True)
-            if not settings.is_reach_auto:
+            row.prop(settings, "use_auto_reach", toggle=True)
+            if not settings.use_auto_reach:
                 row.prop(settings, "reach")
-        layout.prop(settings, "turns_along", toggle=True)
+        layout.prop(settings, "use_turn", toggle=True)
         if obj is not None:
             row = layout.row(align=True)
             row.label(text="Mirror")
@@ -97,7 +97,7 @@ def _is_on_in(window: bpy.types.Window) -> bool:
 
 def draw_keys(self: Any, context: bpy.types.Context) -> None:
     """In the status bar before a drag. A drag, a bake and other operators have texts of their own there."""
-    if context.mode != "OBJECT" or sessions.acts or not _is_on_in(context.window):
+    if context.mode != "OBJECT" or sessions.locks or not _is_on_in(context.window):
         return
     if all(operator.bl_idname == "ARAP_OT_pull" for operator in context.window.modal_operators):
         self.layout.label(text=KEYS)

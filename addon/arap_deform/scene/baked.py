@@ -58,7 +58,7 @@ def show(obj: bpy.types.Object, prefix: str) -> None:
         if former and former not in settings.former_bakes:
             settings.former_bakes.add().name = former
         settings.bake_prefix = prefix
-    shape_keys.tell_changed(obj)
+    shape_keys.notify_keys_changed(obj)
 
 
 def _mute(obj: bpy.types.Object) -> None:

@@ -11,11 +11,11 @@ import numpy as np
 
 from ..core import naming
 from ..core.arrays import Floats
-from ..core.session_input import BoneHold, GroupHold, Hold, MeshSignature, SessionInput
+from ..core.session_input import BoneConstraint, Constraint, MeshSignature, SessionInput, VertexConstraint
 from ..core.stiffness import regions_of, stiffness_of
 from ..core.targets import HandleSpec, Segment
 from . import handle_motion, meshes, pose_key, shape_keys
-from .snapshot import Snapshot, holds_of, stiff_groups_of
+from .snapshot import Snapshot, constraints_of, stiff_groups_of
 
 if TYPE_CHECKING:
     from ..props.controls import ArapControl
@@ -28,8 +28,8 @@ def spec_of(control: ArapControl, weights: Mapping[str, Floats], rest: Floats) -
         weights: (n,) of each group, by name.
         rest: (n, 3).
     """
-    hold = holds_of([control])[0]
-    if isinstance(hold, BoneHold):
+    hold = constraints_of([control])[0]
+    if isinstance(hold, BoneConstraint):
         ends = np.array(hold.ends).reshape(2, 3)
         return HandleSpec(hold.name, np.empty(0, dtype=np.int32), np.empty(0), segment=Segment(ends))
     of_vertices = weights[hold.group]
@@ -39,7 +39,7 @@ def spec_of(control: ArapControl, weights: Mapping[str, Floats], rest: Floats) -
     if len(moved):
         base = rest.astype(np.float32)
         base[moved] += offsets
-    return HandleSpec(hold.group, vertices, of_vertices[vertices], hold.is_exact, base, hold.reach)
+    return HandleSpec(hold.group, vertices, of_vertices[vertices], hold.use_exact, base, hold.reach)
 
 
 def read_input(
@@ -65,7 +65,7 @@ def read_input(
     state = Snapshot.read(obj, depsgraph, mesh.rest_positions).state
     if found := problems_of(obj, depsgraph, needs_holds=needs_holds):
         raise ValueError(naming.sentences(found))
-    wanted = sorted({*groups_of(state.holds), *(entry.group for entry in state.stiff_groups)})
+    wanted = sorted({*groups_of(state.constraints), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     if found := _unweighted(obj, weights):
         raise ValueError(naming.sentences(found))
@@ -116,9 +116,9 @@ def enabled_controls(obj: bpy.types.Object) -> list[ArapControl]:
     return [control for control in obj.arap.controls if control.is_enabled]
 
 
-def groups_of(holds: Iterable[Hold]) -> set[str]:
+def groups_of(holds: Iterable[Constraint]) -> set[str]:
     """The vertex groups of those that have one."""
-    return {hold.group for hold in holds if isinstance(hold, GroupHold)}
+    return {hold.group for hold in holds if isinstance(hold, VertexConstraint)}
 
 
 def has_group(obj: bpy.types.Object, control: ArapControl) -> bool:

@@ -12,7 +12,7 @@ from mathutils import Matrix
 
 from ..core.arrays import Floats
 from ..core.transforms import inverted
-from . import handle_motion, meshes, remembered
+from . import handle_motion, meshes, ui_cache
 
 if TYPE_CHECKING:
     from ..props.controls import ArapControl
@@ -77,7 +77,7 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
         depsgraph = bpy.context.evaluated_depsgraph_get()
     if not motions:
         return []
-    stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * remembered.diagonal(obj, depsgraph)
+    stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * ui_cache.diagonal(obj, depsgraph)
     world, held = handle_motion.object_matrix(obj, depsgraph), []
     for index, motion in motions.items():
         handle = obj.arap.controls[index]

@@ -117,7 +117,7 @@ def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.S
 def _make(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
     key = shape_keys.add(obj, name)
     _mark(obj, key.name)
-    shape_keys.tell_changed(obj)
+    shape_keys.notify_keys_changed(obj)
     return key
 
 
@@ -168,7 +168,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
 
 
 class KeyTracker:
-    """Stays with the pose key during a posing act or Follow, also if it is renamed in Blender's list.
+    """Stays with the pose key during an interaction or Follow, also if it is renamed in Blender's list.
 
     Keeps names and an address to compare with, no Blender data.
     """
@@ -240,11 +240,11 @@ def keep_name(obj: bpy.types.Object) -> None:
 def adopt(obj: bpy.types.Object, name: str) -> None:
     """Makes the key of that name the one that takes the pose, for the live session, too."""
     _mark(obj, name)
-    tell_session(obj)
-    shape_keys.tell_changed(obj)
+    update_session_key(obj)
+    shape_keys.notify_keys_changed(obj)
 
 
-def tell_session(obj: bpy.types.Object) -> None:
+def update_session_key(obj: bpy.types.Object) -> None:
     """Tells the live session, if any, which key takes the pose."""
     bound = sessions.get(obj.session_uid)
     if bound is not None:

@@ -136,7 +136,7 @@ def ensure_reference(obj: bpy.types.Object) -> None:
 def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
     """A new key, relative to the rest shape, value 0. Blender may make the name unique.
 
-    When the caller has noted what the key is for, it calls tell_changed(). The same holds for add() and add_all().
+    When the caller has noted what the key is for, it calls notify_keys_changed(). So it is with add() and add_all().
     """
     key = obj.shape_key_add(name=naming.cut(name), from_mix=False)
     key.value = 0.0  # 5.0 and later start at 1
@@ -185,7 +185,7 @@ def _write(
         written(obj, key, positions, is_frame)
 
 
-def tell_changed(obj: bpy.types.Object) -> None:
+def notify_keys_changed(obj: bpy.types.Object) -> None:
     """Keys have come or gone, or have other names or keyframes: tells later rooms."""
     for changed in hooks.keys_changed:
         changed(obj)
@@ -201,7 +201,7 @@ def show(key: bpy.types.ShapeKey) -> None:
 def remove(obj: bpy.types.Object, *names: str) -> None:
     """Removes keys with what animates them. Passes over those that are not there. As _remove()."""
     _remove(obj, names)
-    tell_changed(obj)
+    notify_keys_changed(obj)
 
 
 def _remove(obj: bpy.types.Object, names: Iterable[str]) -> None:
@@ -306,7 +306,7 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     versions.write_key(keys.reference_key, shape)
     points.write_positions(obj.data, shape)
     obj.data.update_tag()
-    tell_changed(obj)
+    notify_keys_changed(obj)
 
 
 def _root_of(
@@ -341,8 +341,8 @@ def write_animation(
 ) -> list[str]:
     """One key for each frame. At its frame only this key shows, with value 1, and neighbours blend linearly.
 
-    Keys of an earlier bake with the same prefix are written again, or go. The caller calls tell_changed() at the end,
-    see new(). No key gets another name: then Blender searches all animation of the file.
+    Keys of an earlier bake with the same prefix are written again, or go. The caller calls notify_keys_changed() at the
+    end, see new(). No key gets another name: then Blender searches all animation of the file.
 
     Args:
         shape_of: (n, 3) of a frame by its index.
@@ -356,7 +356,7 @@ def write_animation(
     for i, name in zip(new_ones, made, strict=True):
         names[i] = name
     _remove(obj, former.difference(names))
-    tell_changed(obj)
+    notify_keys_changed(obj)
     keys, bases = obj.data.shape_keys, _bases(obj)
     for i, name in enumerate(names):
         key = keys.key_blocks[name]

@@ -11,7 +11,7 @@ import bpy
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.session_input import BoneHold, Counts, GroupHold, Hold, SceneState
+from ..core.session_input import BoneConstraint, Constraint, Counts, SceneState, VertexConstraint
 from ..core.stiffness import StiffGroup
 from ..props import preferences
 from ..props.bounds import all_bounded, bounded
@@ -65,7 +65,7 @@ class Snapshot:
             counts=counts_of(obj),
             stretch=stretch,
             settings=settings_of(obj),
-            holds=holds_of([control for control in settings.controls if control.is_enabled]),
+            constraints=constraints_of([control for control in settings.controls if control.is_enabled]),
             stiff_groups=stiff_groups_of(obj) if settings.stiffness else (),
             key_name=key.name,
             mirrors=meshes.read_mirrors(obj, depsgraph, stretch, rest) if obj.modifiers else (),
@@ -89,8 +89,8 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
         cube_size=cube_size / 100.0,
         rigidity_radius=rigidity / 100.0,
         threads=preferences.threads(),
-        join_seams=settings.join_seams,
-        loose_follow=settings.loose_follow,
+        join_seams=settings.use_weld,
+        use_loose_parts=settings.use_loose_parts,
     )
 
 
@@ -100,25 +100,25 @@ def counts_of(obj: bpy.types.Object) -> Counts:
     return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
 
 
-def holds_of(controls: Iterable[ArapControl]) -> tuple[Hold, ...]:
+def constraints_of(controls: Iterable[ArapControl]) -> tuple[Constraint, ...]:
     """What pins, handles and bones hold."""
-    holds: list[Hold] = []
+    holds: list[Constraint] = []
     for control in controls:
         kind = control.kind
         if kind == "bone":
-            holds.append(BoneHold(control.name, tuple(handle_motion.bone_ends(control).ravel().tolist())))
+            holds.append(BoneConstraint(control.name, tuple(handle_motion.bone_ends(control).ravel().tolist())))
         elif kind == "pin":
-            holds.append(GroupHold(control.vertex_group, base_id=control.base_id))
+            holds.append(VertexConstraint(control.vertex_group, base_id=control.base_id))
         else:
             reach = bounded(control, "reach") if control.reach else 0.0
-            holds.append(GroupHold(control.vertex_group, control.is_exact, reach, control.base_id))
+            holds.append(VertexConstraint(control.vertex_group, control.use_exact, reach, control.base_id))
     return tuple(holds)
 
 
 def stiff_groups_of(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
     """The enabled entries of the list Stiffness."""
     return tuple(
-        StiffGroup(entry.name, bounded(entry, "factor"), entry.is_rigid, entry.is_one_body)
+        StiffGroup(entry.name, bounded(entry, "factor"), entry.use_rigid, entry.use_single_body)
         for entry in obj.arap.stiffness
         if entry.is_enabled
     )

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core.naming import listed
-from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
+from ..ui.checks import ArapOperator, arap_object, why_not_changeable, why_not_object_mode
 from .bones import add_bones
 from .handles import following_first_handle
 
@@ -26,7 +26,7 @@ def _chosen_bones(context: bpy.types.Context) -> tuple[bpy.types.Object | None, 
 
 def why_no_bones(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Object Mode, and an armature or bones of one must be selected."""
-    reason = why_not_changeable(context) or why_not_object_mode(posed_object(context))
+    reason = why_not_changeable(context) or why_not_object_mode(arap_object(context))
     if reason:
         return reason
     armature, bones = _chosen_bones(context)
@@ -44,7 +44,7 @@ class ARAP_OT_bones_add(ArapOperator, bpy.types.Operator):
     )
     why_not = staticmethod(why_no_bones)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         armature, names = _chosen_bones(context)
         with following_first_handle(obj):
             added = add_bones(obj, armature, names)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..scene import handle_motion, meshes
-from .control_changes import making, take_over
+from .control_changes import rebase, suppress_updates
 from .controls import all_or_none, new_control
 
 if TYPE_CHECKING:
@@ -50,11 +50,11 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
             for name in wanted:
                 if name not in taken:
                     bone = new_control(obj, "bone", name)
-                    with making():
+                    with suppress_updates():
                         bone.target = armature
                         bone.bone = name
             found = [control for control in _bones_of(obj, armature) if control.bone in wanted]
-            take_over(obj, *found)
+            rebase(obj, *found)
     except BaseException:
         obj.arap.model = former
         raise

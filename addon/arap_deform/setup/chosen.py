@@ -21,7 +21,7 @@ def chosen(obj: bpy.types.Object) -> ArapControl | None:
     return obj.arap.controls[index] if index < len(obj.arap.controls) else None
 
 
-def take_in_hand(context: bpy.types.Context, handle: ArapControl) -> None:
+def select_target(context: bpy.types.Context, handle: ArapControl) -> None:
     """Selects the handle's object alone and makes it active, so that G moves it. In Pose Mode its bone.
 
     Not if it is hidden, and not if that would end the mode.
@@ -41,7 +41,7 @@ def take_in_hand(context: bpy.types.Context, handle: ArapControl) -> None:
 def _on_chosen(obj: bpy.types.Object, control: ArapControl) -> None:
     context = bpy.context
     if not control.is_pin:
-        take_in_hand(context, control)
+        select_target(context, control)
     elif context.mode == "OBJECT" and obj.visible_get():
         for handle in obj.arap.handles:
             if handle.target is not None and handle.target.visible_get():

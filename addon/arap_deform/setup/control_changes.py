@@ -17,28 +17,28 @@ from mathutils import Matrix
 from ..core import naming
 from ..core.transforms import inverted
 from ..props import hooks
-from ..scene import groups, handle_motion, pose_key, staying
-from ..scene.held import HeldMesh, fit
+from ..scene import groups, handle_motion, pose_key, preserve_shape
+from ..scene.constraint_preview import ConstraintPreview, place_handle
 from ..scene.inputs import has_group
 
 if TYPE_CHECKING:
     from ..props.controls import ArapControl
 
-_is_making = False
+_are_updates_suppressed = False
 
 
 @contextmanager
-def making() -> Iterator[None]:
+def suppress_updates() -> Iterator[None]:
     """While a function fills in a control: its steps are not choices of the artist."""
-    global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
-    former, _is_making = _is_making, True
+    global _are_updates_suppressed  # noqa: PLW0603 - Blender's update callbacks take no other message
+    former, _are_updates_suppressed = _are_updates_suppressed, True
     try:
         yield
     finally:
-        _is_making = former
+        _are_updates_suppressed = former
 
 
-def take_over(obj: bpy.types.Object, *controls: ArapControl) -> None:
+def rebase(obj: bpy.types.Object, *controls: ArapControl) -> None:
     """Lets pins and handles hold the pose shown now, wherever the objects of handles are: the mesh must not jump.
 
     But bones without a vertex group: the mesh at rest has their armature at rest.
@@ -47,11 +47,11 @@ def take_over(obj: bpy.types.Object, *controls: ArapControl) -> None:
     """
     if obj.type != "MESH":
         return
-    depsgraph = staying.evaluated_within(obj)
+    depsgraph = preserve_shape.evaluated_within(obj)
     use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
     whole = [control for control in controls if not _lack_of(obj, control, depsgraph)]
     _set_rests(obj, [control for control in whole if not control.is_pin], depsgraph, use_nodes)
-    staying.stay(obj, depsgraph, *whole, use_nodes=use_nodes)
+    preserve_shape.keep_shown_shape(obj, depsgraph, *whole, use_nodes=use_nodes)
 
 
 def _lack_of(obj: bpy.types.Object, control: ArapControl, depsgraph: bpy.types.Depsgraph) -> bool:
@@ -70,10 +70,10 @@ def _set_rests(
     inverse = inverted(handle_motion.object_matrix(obj, depsgraph))
     motions = np.tile(np.eye(4), (len(handles), 1, 1))
     if pose_key.shown(obj) is not None:
-        held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
+        held = ConstraintPreview(obj, depsgraph, use_nodes=use_nodes)
         for i, (handle, spec) in enumerate(zip(handles, held.specs_of(handles), strict=True)):
             if len(spec.vertices):
-                motions[i] = fit(held, spec, handle).motion
+                motions[i] = place_handle(held, spec, handle).motion
     for handle, motion in zip(handles, motions, strict=True):
         if handle.kind == "bone":
             matrix = handle_motion.bone_rest_matrix(handle.target, handle.bone, depsgraph)
@@ -83,21 +83,21 @@ def _set_rests(
 
 
 def _on_changed(obj: bpy.types.Object, control: ArapControl) -> None:
-    if _is_making:
+    if _are_updates_suppressed:
         return
     try:
-        take_over(obj, control)
+        rebase(obj, control)
     except ValueError:
         control.rest_matrix = (0.0,) * 16  # the rest place is unknown, which control_problem() reports
 
 
 def _on_renamed(obj: bpy.types.Object, control: ArapControl) -> None:
     """Keeps names unique, and gives the empty and the vertex group that were made for a control its new name."""
-    if _is_making:
+    if _are_updates_suppressed:
         return
     others = {other.name for other in obj.arap.controls if other != control}
     name = naming.unique(naming.cut(control.name) or control.kind.capitalize(), others)
-    with making():
+    with suppress_updates():
         control.name = name
         if control.has_made_group:
             control.vertex_group = groups.rename(obj, control.vertex_group, name)

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..core import naming
-from ..scene import groups, handle_motion, meshes, remembered, staying
+from ..scene import groups, handle_motion, meshes, preserve_shape, ui_cache
 from . import made_objects
-from .control_changes import making
+from .control_changes import suppress_updates
 
 if TYPE_CHECKING:
     from ..props.controls import ArapControl
@@ -26,7 +26,7 @@ def new_control(obj: bpy.types.Object, kind: str, name: str, vertex_group: str =
     controls = obj.arap.controls
     unique_name = naming.unique(name, {control.name for control in controls})
     control: ArapControl = controls.add()
-    with making():
+    with suppress_updates():
         control.kind = kind
         control.name = unique_name
         control.vertex_group = vertex_group
@@ -72,7 +72,7 @@ def remove_at(obj: bpy.types.Object, index: int) -> None:
 @contextmanager
 def all_or_none(obj: bpy.types.Object) -> Iterator[int]:
     """While controls are added, from the index that it yields on: if one cannot be, none is."""
-    settings, bases = obj.arap, staying.capture_bases(obj)
+    settings, bases = obj.arap, preserve_shape.capture_bases(obj)
     first, chosen = len(settings.controls), settings.chosen_control_index
     try:
         yield first
@@ -80,7 +80,7 @@ def all_or_none(obj: bpy.types.Object) -> Iterator[int]:
         for index in reversed(range(first, len(settings.controls))):
             remove_at(obj, index)
         settings.chosen_control_index = chosen
-        staying.restore_bases(obj, bases)
+        preserve_shape.restore_bases(obj, bases)
         raise
 
 
@@ -88,11 +88,11 @@ def control_problem(obj: bpy.types.Object, control: ArapControl, *, with_weights
     """Why a handle or bone cannot work (no object, group missing ...), one sentence; '' if it can, and for pins.
 
     Args:
-        with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
+        with_weights: report a group without weights too, if a look at it takes only milliseconds: see ui_cache.
     """
     if control.is_pin:
         return ""
     problem = handle_motion.problem_of(obj, control, meshes.drawn_depsgraph(bpy.context))
-    if not problem and with_weights and remembered.is_empty_group(obj, control.vertex_group):
+    if not problem and with_weights and ui_cache.is_empty_group(obj, control.vertex_group):
         return handle_motion.no_weights(obj, control)
     return problem

@@ -10,8 +10,8 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from ..core.arrays import Ints
-from ..scene import groups, meshes, remembered
-from ..ui.checks import ArapOperator, check_visible, posed_object, why_busy, why_not_changeable
+from ..scene import groups, meshes, ui_cache
+from ..ui.checks import ArapOperator, arap_object, check_visible, why_busy, why_not_changeable
 from ..ui.edit_mode import object_mode
 from .select_operators import select_in_edit_mode
 from .stiffness import soften_group
@@ -22,12 +22,12 @@ DEFAULT_RADIUS = 0.05  # of a soft edge, as a fraction of the mesh's size
 def why_no_group(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must have a vertex group."""
     lack = "There is no vertex group yet: add a pin, a handle or stiffness first"
-    return why_not_changeable(context) or ("" if posed_object(context).vertex_groups else lack)
+    return why_not_changeable(context) or ("" if arap_object(context).vertex_groups else lack)
 
 
 def why_not_selectable(context: bpy.types.Context) -> str:
-    """As why_no_group(). No act, posing neither, may be using the mesh."""
-    return why_no_group(context) or why_busy(posed_object(context))
+    """As why_no_group(). No task, posing neither, may be using the mesh."""
+    return why_no_group(context) or why_busy(arap_object(context))
 
 
 def is_painted(obj: bpy.types.Object, vertex_group: str) -> bool:
@@ -61,7 +61,7 @@ class ARAP_OT_group_paint(_GroupOperator, bpy.types.Operator):
         "A mesh that follows its handles follows each stroke"
     )
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         group = self.group_of(obj)
         mode = "OBJECT" if is_painted(obj, group) else "WEIGHT_PAINT"
         obj.vertex_groups.active_index = obj.vertex_groups.find(group)
@@ -77,7 +77,7 @@ class ARAP_OT_group_select(_GroupOperator, bpy.types.Operator):
     bl_description = "Select only the vertices of this group with a weight above 0, in Edit Mode"
     why_not = staticmethod(why_not_selectable)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         group = self.group_of(obj)
 
         def find() -> Ints:
@@ -108,9 +108,9 @@ class ARAP_OT_group_soften(_GroupOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         group = self.group_of(obj)
         if not self.properties.is_property_set("radius"):
-            self.radius = DEFAULT_RADIUS * remembered.diagonal(obj, context.evaluated_depsgraph_get())
+            self.radius = DEFAULT_RADIUS * ui_cache.diagonal(obj, context.evaluated_depsgraph_get())
         with object_mode(obj):
             soften_group(obj, group, self.radius)

@@ -8,7 +8,7 @@ from mathutils import Matrix
 
 from ..core.transforms import inverted
 from ..scene import handle_motion, meshes
-from .control_changes import making
+from .control_changes import suppress_updates
 from .made_objects import collection_for_made
 
 
@@ -39,7 +39,7 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
     collection = collection_for_made(obj)
     for twin in twins.values():
         collection.objects.link(twin)
-    with making():
+    with suppress_updates():
         for handle in handles:
             handle.target = twins[handle.target]
             handle.has_made_target = True  # last: setting the target clears it

@@ -15,11 +15,11 @@ from ..core.arrays import Floats, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..core.transforms import inverted, transformed
-from ..scene import groups, handle_motion, meshes, pose_key, staying
+from ..scene import groups, handle_motion, meshes, pose_key, preserve_shape
+from ..scene.constraint_preview import ConstraintPreview, place_handle
 from ..scene.groups import VertexIndices
-from ..scene.held import HeldMesh, fit
 from . import made_objects
-from .control_changes import making, take_over
+from .control_changes import rebase, suppress_updates
 from .controls import all_or_none, new_control
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
@@ -31,7 +31,7 @@ def add_handle(
     name: str = "Handle",
     location: Sequence[float] | None = None,
     *,
-    is_exact: bool = False,
+    use_exact: bool = False,
 ) -> str:
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it; the name of the handle.
 
@@ -40,7 +40,7 @@ def add_handle(
     does not move.
 
     With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch around
-    its vertices, and its empty is there. With ``is_exact`` it holds the vertices themselves.
+    its vertices, and its empty is there. With ``use_exact`` it holds the vertices themselves.
     """
     meshes.check_mesh(obj)
     meshes.check_local(obj)
@@ -50,7 +50,7 @@ def add_handle(
     depsgraph = meshes.depsgraph_with(obj)
     world = handle_motion.object_matrix(obj, depsgraph)
     rest = meshes.read_rest(obj)
-    found = fit(HeldMesh(obj, depsgraph), HandleSpec(name, indices, np.ones(len(indices)), is_exact))
+    found = place_handle(ConstraintPreview(obj, depsgraph), HandleSpec(name, indices, np.ones(len(indices)), use_exact))
     motion = world @ found.motion @ inverted(world)
 
     points = transformed(world, rest[indices])
@@ -61,8 +61,8 @@ def add_handle(
     at_rest[:3, 3] = centre
 
     handle = new_control(obj, "handle", name, groups.new(obj, indices, name))
-    with making():
-        handle.is_exact = is_exact
+    with suppress_updates():
+        handle.use_exact = use_exact
         handle.target = made_objects.new_empty(obj, name, world, motion @ at_rest)
         handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
         handle.rest = Matrix(inverted(world) @ at_rest)
@@ -70,7 +70,7 @@ def add_handle(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
-    staying.stay(obj, None, handle)
+    preserve_shape.keep_shown_shape(obj, None, handle)
     made_objects.resize_empty(obj, handle)
     return str(handle.name)
 
@@ -106,7 +106,7 @@ def add_handles_for(
     with all_or_none(obj) as first:
         for (target, bone), place in zip(targets, places, strict=True):
             _add_around(obj, target, bone, _vertices_around(shown, place, radius))
-        take_over(obj, *obj.arap.controls[first:])
+        rebase(obj, *obj.arap.controls[first:])
     return [str(handle.name) for handle in obj.arap.controls[first:]]
 
 
@@ -120,7 +120,7 @@ def _add_around(obj: bpy.types.Object, target: bpy.types.Object, bone: str, vert
     name = bone or target.name
     handle = new_control(obj, "handle", name, groups.new(obj, vertices, name))
     handle.has_made_group = True
-    with making():
+    with suppress_updates():
         handle.target = target
         handle.bone = bone
 

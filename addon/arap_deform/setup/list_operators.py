@@ -8,10 +8,10 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from ..scene import meshes, remembered
-from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
+from ..scene import meshes, ui_cache
+from ..ui.checks import ArapOperator, arap_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
-from .chosen import chosen, take_in_hand
+from .chosen import chosen, select_target
 from .controls import remove_control
 from .handle_copies import copy_handles
 from .handles import add_handle, add_handles_for, following_first_handle
@@ -40,19 +40,19 @@ def why_nothing_to_pin(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode, or have vertex groups."""
     lack = "Select vertices in Edit Mode (Tab) to pin them"
     return why_not_changeable(context) or (
-        "" if is_edited(posed_object(context)) or posed_object(context).vertex_groups else lack
+        "" if is_edited(arap_object(context)) or arap_object(context).vertex_groups else lack
     )
 
 
 def why_not_edited(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode."""
-    return why_not_changeable(context) or ("" if is_edited(posed_object(context)) else NOT_EDITED)
+    return why_not_changeable(context) or ("" if is_edited(arap_object(context)) else NOT_EDITED)
 
 
 def why_no_new_targets(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Object Mode, and empties or bones must be selected."""
-    reason = why_not_changeable(context) or why_not_object_mode(posed_object(context))
-    if reason or selected_targets(context, posed_object(context)):
+    reason = why_not_changeable(context) or why_not_object_mode(arap_object(context))
+    if reason or selected_targets(context, arap_object(context)):
         return reason
     return "Select the mesh and empties (in Pose Mode: bones) that are not its handles yet"
 
@@ -62,14 +62,14 @@ def why_not_rigid(context: bpy.types.Context) -> str:
     reason = why_not_changeable(context)
     if reason:
         return reason
-    if not is_edited(posed_object(context)):
+    if not is_edited(arap_object(context)):
         return "Select vertices in Edit Mode (Tab) to make them rigid"
-    return "" if posed_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
+    return "" if arap_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
 
 
 def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
     """As why_not_changeable(). The list ``items`` of the mesh must have entries."""
-    return lambda context: why_not_changeable(context) or ("" if getattr(posed_object(context).arap, items) else lack)
+    return lambda context: why_not_changeable(context) or ("" if getattr(arap_object(context).arap, items) else lack)
 
 
 why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mesh yet")
@@ -80,7 +80,7 @@ def why_own_handles(context: bpy.types.Context) -> str:
     """As why_not_changeable(). Handles must belong to another mesh, or be in no scene."""
     return why_not_changeable(context) or (
         ""
-        if remembered.has_foreign_handles(posed_object(context))
+        if ui_cache.has_foreign_handles(arap_object(context))
         else "The handles belong to this mesh, and none was deleted: there is nothing to copy"
     )
 
@@ -119,7 +119,7 @@ class ARAP_OT_pin_add(_Add, bpy.types.Operator):
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        obj = posed_object(context)
+        obj = arap_object(context)
         if obj.mode == "EDIT" or self.vertex_group:
             return self.execute(context)
         if obj.vertex_groups.active is not None:
@@ -127,13 +127,13 @@ class ARAP_OT_pin_add(_Add, bpy.types.Operator):
         return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
-        obj = posed_object(context)
+        obj = arap_object(context)
         if obj.mode == "EDIT":
             self.layout.prop(self, "name")
         else:
             self.layout.prop_search(self, "vertex_group", obj, "vertex_groups")
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if obj.mode == "EDIT":
             self.add_selected(obj, add_pin)
         elif not self.vertex_group:
@@ -157,17 +157,17 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
         description="Name of the new handle and its empty. Empty: by side and place",
         options={"SKIP_SAVE"},
     )
-    is_exact: BoolProperty(
+    use_exact: BoolProperty(
         name="Exact",
         description="Hold every vertex, even if the handle is smaller than Rigidity. That pulls a spike",
     )
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if not is_edited(obj):
             raise ValueError(NOT_EDITED)
         with following_first_handle(obj):
-            self.add_selected(obj, add_handle, is_exact=self.is_exact)
-            take_in_hand(context, obj.arap.controls[-1])
+            self.add_selected(obj, add_handle, use_exact=self.use_exact)
+            select_target(context, obj.arap.controls[-1])
 
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
@@ -187,7 +187,7 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
         subtype="DISTANCE",
     )
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         with following_first_handle(obj):
             add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
 
@@ -201,7 +201,7 @@ class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
     )
     why_not = staticmethod(why_own_handles)
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         copy_handles(obj)
 
 
@@ -214,7 +214,7 @@ class ARAP_OT_control_remove(OneStepOperator, bpy.types.Operator):
     )
     why_not = staticmethod(why_none_chosen)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         control = chosen(obj)
         if control is None:
             raise ValueError("Choose the pin, handle or bone to remove in the list")
@@ -242,7 +242,7 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        obj = posed_object(context)
+        obj = arap_object(context)
         if obj.mode == "OBJECT" and obj.vertex_groups and not self.vertex_group:
             active = obj.vertex_groups.active
             if active is not None and active.name not in obj.arap.stiffness:
@@ -251,13 +251,13 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
         return self.execute(context)
 
     def draw(self, context: bpy.types.Context) -> None:
-        obj = posed_object(context)
+        obj = arap_object(context)
         if obj.mode != "EDIT":
             self.layout.prop_search(self, "vertex_group", obj, "vertex_groups")
         if not self.vertex_group:
             self.layout.prop(self, "name")
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if obj.mode == "EDIT":
             self.add_selected(obj, add_stiffness)
             return
@@ -278,13 +278,13 @@ class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
     why_not = staticmethod(why_not_rigid)
 
     name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Rigid")
-    is_one_body: BoolProperty(
+    use_single_body: BoolProperty(
         name="As One Piece",
         description="All selected vertices move as one piece, even if they are not connected: the shells of a helmet",
     )
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        self.add_selected(obj, add_rigid, is_one_body=self.is_one_body)
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        self.add_selected(obj, add_rigid, use_single_body=self.use_single_body)
 
 
 class ARAP_OT_stiffness_remove(OneStepOperator, bpy.types.Operator):
@@ -293,7 +293,7 @@ class ARAP_OT_stiffness_remove(OneStepOperator, bpy.types.Operator):
     bl_description = "Remove the chosen entry, so its group is as soft as the rest"
     why_not = staticmethod(_why_none("stiffness", "Add stiffness first: the list is empty"))
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         settings = obj.arap
         entry = settings.stiffness[min(settings.active_stiffness_index, len(settings.stiffness) - 1)]
         with self.one_step(obj):

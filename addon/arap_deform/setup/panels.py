@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..scene import remembered
+from ..scene import ui_cache
 from ..scene.snapshot import settings_of
-from ..ui.checks import find_posed_object, posed_object
+from ..ui.checks import arap_object, find_arap_object
 from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text, is_following, split_column
 from .chosen import chosen
 from .controls import control_problem
@@ -32,7 +32,7 @@ class _List:
         _active_data: Any,
         _active_property: str,
     ) -> None:
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
         if obj is None:
             return
         row = layout.row(align=True)
@@ -80,7 +80,7 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = posed_object(context)
+        obj = arap_object(context)
         control = chosen(obj)
         if control is not None:
             _draw_control(context, layout, obj, control)
@@ -94,10 +94,10 @@ class ARAP_UL_stiffness(_List, bpy.types.UIList):
 
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any) -> None:
         split = row.split(factor=0.65)
-        _draw_group_name(split, obj, entry.name, "MESH_ICOSPHERE" if entry.is_rigid else "MOD_ARMATURE")
+        _draw_group_name(split, obj, entry.name, "MESH_ICOSPHERE" if entry.use_rigid else "MOD_ARMATURE")
         value = split.row()
         value.alignment = "RIGHT"
-        value.label(text="Rigid" if entry.is_rigid else f"{entry.factor:.3g} x", translate=False)
+        value.label(text="Rigid" if entry.use_rigid else f"{entry.factor:.3g} x", translate=False)
 
 
 class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
@@ -107,7 +107,7 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = posed_object(context)
+        obj = arap_object(context)
         settings = obj.arap
         entries, index = settings.stiffness, settings.active_stiffness_index
         row = layout.row()
@@ -120,11 +120,11 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
         if entry is not None:
             column = split_column(layout)
             column.prop_search(entry, "name", obj, "vertex_groups", text="Group")
-            if not entry.is_rigid:
+            if not entry.use_rigid:
                 column.prop(entry, "factor", slider=True)
-            column.prop(entry, "is_rigid")
-            if entry.is_rigid:
-                column.prop(entry, "is_one_body")
+            column.prop(entry, "use_rigid")
+            if entry.use_rigid:
+                column.prop(entry, "use_single_body")
             _draw_group_buttons(context, layout, obj, entry.name)
         column = layout.column(align=True)
         column.operator("arap.rigid_add", icon="MESH_ICOSPHERE")
@@ -142,7 +142,7 @@ def _draw_control(
     if control.kind != "bone":
         column.prop_search(control, "vertex_group", obj, "vertex_groups", text="Group")
         if not control.is_pin and settings_of(obj).has_radius:
-            column.prop(control, "is_exact")
+            column.prop(control, "use_exact")
         _draw_group_buttons(context, layout, obj, control.vertex_group)
     problem = _problem_of(obj, control)
     if problem:
@@ -166,7 +166,7 @@ def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a group holds nothing, '' if it does."""
     if group not in obj.vertex_groups:
         return "no such group"
-    return "no weights" if not is_following(obj) and remembered.is_empty_group(obj, group) else ""
+    return "no weights" if not is_following(obj) and ui_cache.is_empty_group(obj, group) else ""
 
 
 def _draw_group_buttons(

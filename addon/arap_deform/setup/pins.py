@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..scene import groups, meshes, staying
+from ..scene import groups, meshes, preserve_shape
 from ..scene.groups import VertexIndices
 from .controls import new_control
 
@@ -17,7 +17,7 @@ def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -
     indices = groups.checked_indices(obj, vertices)
     pin = new_control(obj, "pin", name, groups.new(obj, indices, name))
     pin.has_made_group = True
-    staying.stay(obj, None, pin)
+    preserve_shape.keep_shown_shape(obj, None, pin)
     return str(pin.name)
 
 
@@ -39,5 +39,5 @@ def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> str:
         settings.chosen_control_index = former
     if former is None or not pin.is_enabled:
         pin.is_enabled = True
-        staying.stay(obj, None, pin)
+        preserve_shape.keep_shown_shape(obj, None, pin)
     return str(pin.name)

@@ -9,9 +9,9 @@ import bpy
 
 from ..core.arrays import Ints
 from ..scene import meshes
-from ..ui.checks import ArapOperator, check_visible, posed_object, select_alone, why_busy, why_no_mesh
+from ..ui.checks import ArapOperator, arap_object, check_visible, select_alone, why_busy, why_no_mesh
 from ..ui.edit_mode import object_mode
-from . import unheld
+from . import free_parts
 
 
 def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
@@ -55,14 +55,14 @@ def _take_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 
 def why_not_editable(context: bpy.types.Context) -> str:
-    """As why_no_mesh(). No act may be using the mesh."""
-    return why_no_mesh(context) or why_busy(posed_object(context))
+    """As why_no_mesh(). No task may be using the mesh."""
+    return why_no_mesh(context) or why_busy(arap_object(context))
 
 
 def why_nothing_held(context: bpy.types.Context) -> str:
     """As why_not_editable(). The mesh must have a pin or a handle."""
     lack = "Add a pin or a handle first: nothing holds the mesh yet"
-    return why_not_editable(context) or ("" if posed_object(context).arap.controls else lack)
+    return why_not_editable(context) or ("" if arap_object(context).arap.controls else lack)
 
 
 class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
@@ -71,7 +71,7 @@ class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
     bl_description = "Go to Edit Mode of the mesh to select vertices, or back to Object Mode"
     why_not = staticmethod(why_not_editable)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if obj.mode == "EDIT":
             bpy.ops.object.mode_set(mode="OBJECT")
         else:
@@ -79,7 +79,7 @@ class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
 
 
 class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
-    bl_idname = "arap.select_unheld"
+    bl_idname = "arap.select_free_parts"
     bl_label = "Select Free Parts"
     bl_description = (
         "Select the parts of the mesh and the loose vertices that stay at rest, in Edit Mode: they have no pin or "
@@ -87,12 +87,12 @@ class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
     )
     why_not = staticmethod(why_nothing_held)
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         n_parts = 0
 
         def find() -> Ints:
             nonlocal n_parts
-            vertices, n_parts = unheld.find(obj, context.evaluated_depsgraph_get())
+            vertices, n_parts = free_parts.find(obj, context.evaluated_depsgraph_get())
             return vertices
 
         n = select_in_edit_mode(context, obj, find, shows_hidden=True)

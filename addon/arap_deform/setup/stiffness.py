@@ -25,14 +25,16 @@ def add_stiffness(obj: bpy.types.Object, vertices: VertexIndices, name: str = "S
     return str(entry.name)
 
 
-def add_rigid(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Rigid", *, is_one_body: bool = False) -> str:
+def add_rigid(
+    obj: bpy.types.Object, vertices: VertexIndices, name: str = "Rigid", *, use_single_body: bool = False
+) -> str:
     """Makes a vertex group of ``vertices`` that keeps its shape; the name of the group.
 
-    Each connected piece moves as one body, for example each of two shoes. With ``is_one_body`` all pieces move as one
-    body, for example the shells of a helmet.
+    Each connected piece moves as one body, for example each of two shoes. With ``use_single_body`` all pieces move as
+    one body, for example the shells of a helmet.
     """
     entry = _add(obj, vertices, name)
-    entry.is_rigid, entry.is_one_body = True, is_one_body
+    entry.use_rigid, entry.use_single_body = True, use_single_body
     return str(entry.name)
 
 

@@ -15,7 +15,7 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Float32s, Ints
-from ..core.session_data import Readout
+from ..core.session_data import SolveStats
 from ..props.bounds import bounded
 from ..scene import known, meshes, pose_key, versions
 from ..ui import batches
@@ -37,7 +37,7 @@ class Drawn:
         self.has_pinned = False  # whether ``pinned`` is up to date
         self.pinned: Ints = np.empty(0, dtype=np.int32)
         self._stamp: tuple[Any, ...] = ()
-        self._readout: Readout | None = None
+        self._readout: SolveStats | None = None
         self.heat: gpu.types.GPUBatch | None = None
         self.pins: gpu.types.GPUBatch | None = None
         self.lines: gpu.types.GPUBatch | None = None
@@ -55,7 +55,7 @@ class Drawn:
         stamp = (_changes, *shows, bounded(settings, "strain_limit"))
         if stamp == self._stamp and self.is_of(obj):
             return
-        self._stamp, self._readout = stamp, sessions.readout(obj.session_uid)
+        self._stamp, self._readout = stamp, sessions.stats(obj.session_uid)
         self.heat = self.pins = self.cubes = None
         if settings.show_cubes and len(edges := data.cube_edges(obj)):
             self.cubes = batches.plain_batch("LINES", edges)
@@ -69,7 +69,7 @@ class Drawn:
 
     def is_of(self, obj: bpy.types.Object) -> bool:
         """Whether the object was not solved after the batches were made."""
-        return self._readout is sessions.readout(obj.session_uid)
+        return self._readout is sessions.stats(obj.session_uid)
 
     def _update_lines(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         ends = data.handle_lines(obj, depsgraph) if obj.arap.overlay.show_handles else self.ends[:0]

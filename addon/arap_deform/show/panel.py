@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..ui.checks import posed_object
+from ..ui.checks import arap_object
 from ..ui.panels import ArapSubPanel, draw_text, split_column
 
 
@@ -16,14 +16,14 @@ class ARAP_PT_display(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        settings = posed_object(context).arap.overlay
+        settings = arap_object(context).arap.overlay
         column = layout.column(align=True)
         column.prop(settings, "show_pins", icon="PINNED")
         column.prop(settings, "show_handles", icon="EMPTY_AXIS")
         column.prop(settings, "show_strain", icon="MOD_MESHDEFORM")
-        if posed_object(context).arap.model == "solid":
+        if arap_object(context).arap.model == "solid":
             column.prop(settings, "show_cubes", icon="MOD_LATTICE")
-        split_column(layout).prop(posed_object(context).arap, "handle_size", text="Handle Size")
+        split_column(layout).prop(arap_object(context).arap, "handle_size", text="Handle Size")
         limit = split_column(layout)
         limit.active = settings.show_strain
         limit.prop(settings, "strain_limit")

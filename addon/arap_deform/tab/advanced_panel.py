@@ -7,9 +7,9 @@ import bpy
 
 from ..core import sessions
 from ..core.naming import counted
-from ..scene import meshes, remembered, versions
+from ..scene import meshes, ui_cache, versions
 from ..scene.snapshot import settings_of
-from ..ui.checks import find_posed_object, posed_object
+from ..ui.checks import arap_object, find_arap_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, draw_text, split_column
 
 SHOWN_ENERGIES = ("rotation_nodes", "spokes_and_rims")  # scripts may set others, too
@@ -27,11 +27,11 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = posed_object(context)
+        obj = arap_object(context)
         settings = obj.arap
         column = split_column(layout)
         key_name = column.row()
-        key_name.enabled = not sessions.claimed_by(obj.session_uid)  # the act is writing to that key
+        key_name.enabled = not sessions.locked_by(obj.session_uid)  # the task is writing to that key
         key_name.prop(settings, "key_name")
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
@@ -44,8 +44,8 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         _whole_row(column).prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
         column = layout.column()  # the whole width, for the names
-        column.prop(settings, "join_seams")
-        column.prop(settings, "loose_follow")
+        column.prop(settings, "use_weld")
+        column.prop(settings, "use_loose_parts")
 
 
 class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
@@ -55,19 +55,19 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = find_posed_object(context)
-        return obj is not None and sessions.readout(obj.session_uid) is not None
+        obj = find_arap_object(context)
+        return obj is not None and sessions.stats(obj.session_uid) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        readout = sessions.readout(posed_object(context).session_uid)
-        assert readout is not None
+        stats = sessions.stats(arap_object(context).session_uid)
+        assert stats is not None
         rows = [
-            ("Vertices", f"{readout.vertices:,}"),
-            ("Free", f"{readout.free_vertices:,}"),
-            ("Last update", f"{readout.last_ms:.1f} ms"),
-            ("Iterations", str(readout.iterations)),
-            ("Energy", f"{readout.energy:.4g}"),
-            ("Stopped", STOP_REASONS.get(readout.stop_reason, readout.stop_reason)),
+            ("Vertices", f"{stats.vertices:,}"),
+            ("Free", f"{stats.free_vertices:,}"),
+            ("Last update", f"{stats.last_ms:.1f} ms"),
+            ("Iterations", str(stats.iterations)),
+            ("Energy", f"{stats.energy:.4g}"),
+            ("Stopped", STOP_REASONS.get(stats.stop_reason, stats.stop_reason)),
         ]
         draw_table(self.layout, rows)
 
@@ -96,7 +96,7 @@ def _draw_surface(context: bpy.types.Context, column: bpy.types.UILayout, obj: b
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """The length of the radius on this mesh, in the unit of the scene."""
     try:
-        size = remembered.diagonal(obj, meshes.drawn_depsgraph(context))
+        size = ui_cache.diagonal(obj, meshes.drawn_depsgraph(context))
     except ValueError:  # scaled to nothing, which posing reports
         return
     radius = versions.length_text(context.scene, size * obj.arap.rigidity / 100.0)

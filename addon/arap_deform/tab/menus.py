@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..ui.checks import find_posed_object
+from ..ui.checks import find_arap_object
 from .pose_panel import draw_follow
 
 PARENTS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "VIEW3D_MT_pose", "VIEW3D_MT_paint_weight")
@@ -27,7 +27,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator_context = "INVOKE_REGION_WIN"  # some parent menus run operators without their dialogs
         layout.operator("arap.pull_tool", icon="VIEW_PAN")
         layout.operator("arap.pose", icon="PLAY")
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
         if obj is not None:
             draw_follow(context, layout, obj)
         layout.operator("arap.solve", icon="FILE_REFRESH")
@@ -44,7 +44,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.handles_copy")
         layout.operator("arap.pin_add", icon="PINNED")
         layout.operator("arap.control_remove")
-        layout.operator("arap.select_unheld", icon="RESTRICT_SELECT_OFF")
+        layout.operator("arap.select_free_parts", icon="RESTRICT_SELECT_OFF")
         layout.separator()
         layout.operator("arap.attach", icon="MOD_CLOTH")
         layout.operator("arap.detach")
@@ -79,7 +79,7 @@ class ARAP_MT_context(bpy.types.Menu):
         if context.mode == "EDIT_MESH":
             layout.operator("arap.pin_add", icon="PINNED")
             layout.operator("arap.handle_add", icon="EMPTY_AXIS")
-            layout.operator("arap.select_unheld")
+            layout.operator("arap.select_free_parts")
         elif context.mode == "PAINT_WEIGHT":
             layout.operator("arap.pin_add", icon="PINNED")
         else:
@@ -100,7 +100,7 @@ def _draw(self: Any, _context: bpy.types.Context) -> None:
 
 
 def _draw_in_context(self: Any, context: bpy.types.Context) -> None:
-    if find_posed_object(context) is not None:  # lights and cameras have menus too
+    if find_arap_object(context) is not None:  # lights and cameras have menus too
         self.layout.separator()
         self.layout.menu("ARAP_MT_context")
 

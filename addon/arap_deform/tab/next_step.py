@@ -9,13 +9,13 @@ import bpy
 
 from ..attach.hosts import host_of
 from ..core import sessions
-from ..engine.act import Phase, PoseAct
+from ..engine.interaction import Interaction, Phase
 from ..follow import runs
 from ..pull import tool
-from ..scene import remembered
+from ..scene import ui_cache
 from ..scene.seen import look
 from ..setup.bone_operators import selected_armatures
-from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
+from ..ui.checks import find_arap_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Step:
 
 
 def next_step(context: bpy.types.Context) -> Step:
-    obj = find_posed_object(context)
+    obj = find_arap_object(context)
     if obj is None:
         active = getattr(context, "object", None)  # in other modes a click does not select the mesh
         if active is not None and active.type == "ARMATURE" and active.mode == "OBJECT":
@@ -38,7 +38,7 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step(problem, "ERROR")
     if is_posed(obj):
         return _while_posing(obj)
-    if remembered.has_foreign_handles(obj):  # first: it stays when a pull forgets the problem of Follow
+    if ui_cache.has_foreign_handles(obj):  # first: it stays when a pull forgets the problem of Follow
         return Step("A handle has no own empty: press Copy Handles or remove it.", "ERROR")
     if obj.arap.follow_error:
         return Step(obj.arap.follow_error, "ERROR")
@@ -57,10 +57,10 @@ def next_step(context: bpy.types.Context) -> Step:
 
 
 def _while_posing(obj: bpy.types.Object) -> Step:
-    act = sessions.acts[obj.session_uid]
-    assert isinstance(act, PoseAct)
-    if act.phase is Phase.BINDING:
-        return Step("Preparing", fraction=act.bind_fraction)
+    interaction = sessions.locks[obj.session_uid]
+    assert isinstance(interaction, Interaction)
+    if interaction.phase is Phase.BINDING:
+        return Step("Preparing", fraction=interaction.bind_fraction)
     return Step("Move a handle (G, R, S). Enter keeps the pose, Esc cancels it.", "REC")
 
 

@@ -9,11 +9,11 @@ from ..attach.hosts import host_of
 from ..core import sessions
 from ..core.naming import listed
 from ..follow import runs
-from ..pose.unheld_text import unheld_text
-from ..scene import baked, remembered
+from ..pose.free_parts_text import free_parts_text
+from ..scene import baked, ui_cache
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_controls
-from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_follow
+from ..ui.checks import find_arap_object, is_posed, why_baked, why_no_follow
 from ..ui.panels import ArapPanel, button_row, draw_text
 from .next_step import next_step
 
@@ -29,7 +29,7 @@ class ARAP_PT_pose(ArapPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         _draw_step(context, layout.box())
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
         if obj is not None:
             _draw_beginning(context, layout, obj)
             _draw_following(context, layout, obj)
@@ -64,7 +64,7 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
         column.operator("arap.host_select", text=text, translate=False, icon="RESTRICT_SELECT_OFF")
     if selected_armatures(context):
         column.operator("arap.bones_add", icon="BONE_DATA")
-    if remembered.has_foreign_handles(obj):
+    if ui_cache.has_foreign_handles(obj):
         column.operator("arap.handles_copy", icon="DUPLICATE")
 
 
@@ -89,14 +89,14 @@ def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
     """What is seldom there: so nothing of the tab is below it."""
     if obj.arap.use_follow and runs.render_notice():
         draw_text(context, layout, runs.render_notice(), "ERROR")
-    readout = sessions.readout(obj.session_uid)
-    if readout is not None and readout.outside:
-        text = f"Outside of the mesh, so they move nothing: {listed(readout.outside)}"
+    stats = sessions.stats(obj.session_uid)
+    if stats is not None and stats.outside:
+        text = f"Outside of the mesh, so they move nothing: {listed(stats.outside)}"
         draw_text(context, layout, text, "INFO")
-    if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
+    if stats is not None and (stats.parts_at_rest or stats.loose_vertices):
         box = layout.box()
-        draw_text(context, box, unheld_text(readout), "INFO")
-        box.operator("arap.select_unheld", icon="RESTRICT_SELECT_OFF")
+        draw_text(context, box, free_parts_text(stats), "INFO")
+        box.operator("arap.select_free_parts", icon="RESTRICT_SELECT_OFF")
 
 
 class ARAP_MT_reset(bpy.types.Menu):

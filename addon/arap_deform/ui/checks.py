@@ -10,22 +10,22 @@ from typing import Any
 import bpy
 
 from ..core import native, sessions
-from ..engine.act import PoseAct
+from ..engine.interaction import Interaction
 from ..engine.scene import is_rendering
-from ..scene import baked, known, meshes, pose_key, remembered
+from ..scene import baked, known, meshes, pose_key, ui_cache
 
 Execute = Callable[..., set[str]]
 
 
-def posed_object(context: bpy.types.Context) -> bpy.types.Object:
-    """As find_posed_object(). Raises ValueError if there is none."""
-    obj = find_posed_object(context)
+def arap_object(context: bpy.types.Context) -> bpy.types.Object:
+    """As find_arap_object(). Raises ValueError if there is none."""
+    obj = find_arap_object(context)
     if obj is None:
         raise ValueError("Select a mesh first")
     return obj
 
 
-def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
+def find_arap_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The mesh that panels and operators work on, None if there is none.
 
     The first of: the active mesh, unless it is a handle of a mesh that is being posed; the mesh that
@@ -34,22 +34,22 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """
     obj = _find(context)
     if obj is not None:
-        remembered.take_in_hand(context.view_layer, obj)
+        ui_cache.set_panel_object(context.view_layer, obj)
     return obj
 
 
 def _find(context: bpy.types.Context) -> bpy.types.Object | None:
     active = getattr(context, "object", None)  # a timer or a handler may have no window
-    posed = [obj for uid in sessions.acts if (obj := known.find_in(context.view_layer, uid)) is not None]
+    posed = [obj for uid in sessions.locks if (obj := known.find_in(context.view_layer, uid)) is not None]
     if active is not None and active.type == "MESH":
         if active.arap.controls:
             return active
-        return next((obj for obj in posed if remembered.is_moved_by(obj, active)), active)
+        return next((obj for obj in posed if ui_cache.is_moved_by(obj, active)), active)
     if active is not None:
         for obj in (*posed, active.parent):
-            if obj is not None and remembered.is_moved_by(obj, active):
+            if obj is not None and ui_cache.is_moved_by(obj, active):
                 return obj
-        owner = remembered.owner_of(context.view_layer, active) or active.arap.attached_to.host
+        owner = ui_cache.owner_of(context.view_layer, active) or active.arap.attached_to.host
         if known.is_in(context.view_layer, owner):
             return owner
     if len(posed) == 1:
@@ -59,17 +59,17 @@ def _find(context: bpy.types.Context) -> bpy.types.Object | None:
 
 
 def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """As find_posed_object(). None too if this 3D view hides the mesh or all overlays."""
+    """As find_arap_object(). None too if this 3D view hides the mesh or all overlays."""
     space = context.space_data
     if space is None or not space.overlay.show_overlays:
         return None
-    obj = find_posed_object(context)
+    obj = find_arap_object(context)
     return obj if obj is not None and obj.visible_in_viewport_get(space) else None
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
     """Why there is no mesh to work on, '' if there is one."""
-    obj = find_posed_object(context)
+    obj = find_arap_object(context)
     return why_not_local(obj) if obj is not None else "Select a mesh first"
 
 
@@ -86,8 +86,8 @@ def why_not_local(obj: bpy.types.Object) -> str:
 
 
 def why_not_idle(context: bpy.types.Context) -> str:
-    """As why_no_mesh(). The mesh must be in Object Mode, and no act and no render may be using it."""
-    return why_no_mesh(context) or _why_not_idle(posed_object(context))
+    """As why_no_mesh(). The mesh must be in Object Mode, and no task and no render may be using it."""
+    return why_no_mesh(context) or _why_not_idle(arap_object(context))
 
 
 def _why_not_idle(obj: bpy.types.Object) -> str:
@@ -104,37 +104,37 @@ def why_not_object_mode(obj: bpy.types.Object) -> str:
 
 
 def why_busy(obj: bpy.types.Object) -> str:
-    """Which act is using the mesh, and how to end it, '' if none is."""
-    act = sessions.acts.get(obj.session_uid)
-    if isinstance(act, PoseAct):
-        if act.is_drag:
+    """Which task is using the mesh, and how to end it, '' if none is."""
+    interaction = sessions.locks.get(obj.session_uid)
+    if isinstance(interaction, Interaction):
+        if interaction.is_drag:
             return "The mesh is being pulled: wait until it settles, or press Esc"
         return "End the pose first: Enter keeps it, Esc cancels it"
     # From another window, or from a script.
-    return f"Wait for the mesh: {act.doing}" if act is not None else ""
+    return f"Wait for the mesh: {interaction.doing}" if interaction is not None else ""
 
 
 def is_posed(obj: bpy.types.Object) -> bool:
-    """Whether a posing act is using the mesh. A drag of its surface is none."""
-    return _posing_act(obj) is not None
+    """Whether an interaction is using the mesh. A drag of its surface is none."""
+    return _interaction_of(obj) is not None
 
 
-def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
-    act = sessions.acts.get(obj.session_uid)
-    return act if isinstance(act, PoseAct) and not act.is_drag else None
+def _interaction_of(obj: bpy.types.Object) -> Interaction | None:
+    interaction = sessions.locks.get(obj.session_uid)
+    return interaction if isinstance(interaction, Interaction) and not interaction.is_drag else None
 
 
 def why_busy_but_posed(obj: bpy.types.Object) -> str:
-    """As why_busy(), for acts that are allowed while posing."""
-    act = _posing_act(obj)
-    if act is None:
+    """As why_busy(), for tasks that are allowed while posing."""
+    interaction = _interaction_of(obj)
+    if interaction is None:
         return why_busy(obj)
-    return "Wait: the pose is being kept" if act.is_keeping else ""
+    return "Wait: the pose is being kept" if interaction.is_keeping else ""
 
 
 def why_not_changeable(context: bpy.types.Context) -> str:
-    """As why_no_mesh(). No act but posing may be using the mesh: posing follows pins, handles and stiffness."""
-    return why_no_mesh(context) or why_busy_but_posed(posed_object(context))
+    """As why_no_mesh(). No task but posing may be using the mesh: posing follows pins, handles and stiffness."""
+    return why_no_mesh(context) or why_busy_but_posed(arap_object(context))
 
 
 def why_no_pose(context: bpy.types.Context) -> str:
@@ -143,17 +143,17 @@ def why_no_pose(context: bpy.types.Context) -> str:
     if reason:
         return reason
     lack = "There is no pose yet: pull the mesh or move a handle first"
-    return why_baked(posed_object(context)) if pose_key.find(posed_object(context)) is not None else lack
+    return why_baked(arap_object(context)) if pose_key.find(arap_object(context)) is not None else lack
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:
     """As why_not_idle(). There must be a solver, and a handle."""
-    return why_not_idle(context) or native.problem() or _why_nothing_moves(posed_object(context))
+    return why_not_idle(context) or native.problem() or _why_nothing_moves(arap_object(context))
 
 
 def why_not_posable(context: bpy.types.Context) -> str:
     """As why_not_solvable(). No bake may show in place of the pose."""
-    return why_not_solvable(context) or why_baked(posed_object(context))
+    return why_not_solvable(context) or why_baked(arap_object(context))
 
 
 def why_baked(obj: bpy.types.Object) -> str:
@@ -163,7 +163,7 @@ def why_baked(obj: bpy.types.Object) -> str:
 
 def why_no_follow(context: bpy.types.Context) -> str:
     """As why_no_mesh(). There must be a solver, and a handle."""
-    return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
+    return why_no_mesh(context) or native.problem() or _why_nothing_moves(arap_object(context))
 
 
 def _why_nothing_moves(obj: bpy.types.Object) -> str:
@@ -174,7 +174,7 @@ def _why_nothing_moves(obj: bpy.types.Object) -> str:
 
 def why_no_reset(context: bpy.types.Context) -> str:
     """As why_no_pose(). Follow must be off: it would pose the mesh again."""
-    obj = find_posed_object(context)
+    obj = find_arap_object(context)
     if obj is not None and obj.arap.use_follow:
         return "Follow would pose the mesh again at once: use Reset Handles, or untick Follow"
     return why_no_pose(context)
@@ -186,7 +186,7 @@ def why_not_pullable(context: bpy.types.Context, obj: bpy.types.Object | None = 
     ``obj``: another mesh than the posed one.
     """
     if obj is None:
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
     if obj is None:
         return why_no_mesh(context)
     reason = why_not_local(obj) or _why_not_idle(obj) or native.problem() or why_baked(obj)
@@ -218,7 +218,7 @@ def select_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 
 
 def is_last(context: bpy.types.Context, cls: Any) -> bool:
-    """Whether an operator was the last act. Adjust Last Operation asks its poll() before the act is taken back."""
+    """Whether an operator was the last task. Adjust Last Operation asks its poll() before the task is taken back."""
     operators = context.window_manager.operators
     return bool(operators) and operators[-1].bl_idname == cls.__name__
 
@@ -245,15 +245,15 @@ def reports_errors(execute: Execute) -> Execute:
 
 
 class ArapOperator:
-    """An operator that works on find_posed_object() at once.
+    """An operator that works on find_arap_object() at once.
 
-    The button is grey if why_not() gives a reason. act() does the work and may raise ValueError or RuntimeError.
+    The button is grey if why_not() gives a reason. modify() does the work and may raise ValueError or RuntimeError.
     """
 
     bl_options = {"REGISTER", "UNDO"}
     bl_label: str
     why_not: Callable[[bpy.types.Context], str] = staticmethod(why_not_changeable)
-    ends_itself = False  # after the act why_not() has a reason, but Adjust Last Operation must still work
+    ends_itself = False  # after the task why_not() has a reason, but Adjust Last Operation must still work
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -263,8 +263,8 @@ class ArapOperator:
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        self.act(context, posed_object(context))
+        self.modify(context, arap_object(context))
         return {"FINISHED"}
 
-    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         raise NotImplementedError

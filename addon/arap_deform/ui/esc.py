@@ -28,13 +28,13 @@ class EndedByEsc(ABC):
     def wait(self) -> Wait | None: ...
 
     @abstractmethod
-    def give_up(self) -> str:
+    def cancel(self) -> str:
         """Ends the work, so that it does not begin again. Returns what the artist is told, '' if it is gone."""
 
 
 def is_free() -> bool:
-    """Whether Esc is nobody else's: an act, or the playback, would take it."""
-    return not (sessions.acts or is_playing())
+    """Whether Esc is nobody else's: a task, or the playback, would take it."""
+    return not (sessions.locks or is_playing())
 
 
 def _prepared() -> EndedByEsc | None:
@@ -61,7 +61,7 @@ class ARAP_OT_preparing_cancel(bpy.types.Operator):
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         prepared = _prepared()
-        text = prepared.give_up() if prepared is not None else ""
+        text = prepared.cancel() if prepared is not None else ""
         if not text:
             return {"CANCELLED"}
         self.report({"WARNING"}, text)

@@ -11,7 +11,7 @@ import blf
 import bpy
 
 from ..core import native, sessions
-from .checks import find_posed_object
+from .checks import find_arap_object
 from .wrapping import wrap
 
 FONT = 0
@@ -37,7 +37,7 @@ class ArapSubPanel(ArapPanel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return find_posed_object(context) is not None
+        return find_arap_object(context) is not None
 
 
 class ARAP_PT_main(ArapPanel, bpy.types.Panel):
@@ -50,14 +50,14 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         problem = native.problem()
         if problem:
             draw_text(context, layout.box(), problem, "ERROR")
-        obj = find_posed_object(context)
+        obj = find_arap_object(context)
         if obj is not None:
             layout.label(text=obj.name, translate=False, icon="OUTLINER_OB_MESH")
 
 
 def is_following(obj: bpy.types.Object) -> bool:
     """Whether posing or Follow changes the mesh. They report problems themselves, so a panel does not look for them."""
-    return bool(sessions.claimed_by(obj.session_uid) or obj.arap.use_follow)
+    return bool(sessions.locked_by(obj.session_uid) or obj.arap.use_follow)
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:

@@ -19,7 +19,7 @@ class BindTest(AttachTest):
         if wraps.is_binding(uid("Sleeve")):  # it may have ended
             self.assertTrue(binding.wait().text.startswith("Preparing Sleeve, "))
         text = "Preparing 'Sleeve' cancelled: it does not follow until it is ticked in the list"
-        self.assertEqual(binding.give_up(), text)
+        self.assertEqual(binding.cancel(), text)
         self.assertEqual((attachment.is_enabled, state.binding), (False, None))
         self.assert_at_rest(target)
         attachment.is_enabled = True

@@ -154,7 +154,7 @@ class CageTest(SceneTest):
         self.assertEqual(bpy.ops.arap.cage_make(cells=4), {"FINISHED"})
         cage = bpy.context.object
         self.assertEqual((cage.name, cage.select_get()), ("Tube Cage", True))
-        self.assertEqual(module("ui.checks").posed_object(bpy.context), cage)
+        self.assertEqual(module("ui.checks").arap_object(bpy.context), cage)
         bpy.ops.object.mode_set(mode="EDIT")
         bpy.context.view_layer.objects.active = cage
         self.assertFalse(bpy.ops.arap.cage_make.poll())

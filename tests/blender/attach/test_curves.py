@@ -215,7 +215,7 @@ class CurveTest(AttachTest):
     def test_the_panel_of_a_curve_is_that_of_its_body(self):
         host, curve = solved(), strands()
         bpy.context.view_layer.objects.active = curve
-        find = module("ui.checks").find_posed_object
+        find = module("ui.checks").find_arap_object
         self.assertIsNone(find(bpy.context))
         self.api.attach(host, [curve])
         self.assertEqual(find(bpy.context), host)

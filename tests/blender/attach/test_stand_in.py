@@ -82,7 +82,7 @@ class TogetherTest(SceneTest):
         for obj in made:
             nearest = [np.linalg.norm(rest - place, axis=1).argmin() for place in world_rest(obj)]
             self.assert_close(world_shown(obj), shown[nearest], 2e-5)
-        self.assertEqual(module("core.sessions").readout(stand_in.session_uid).parts_at_rest, 0)
+        self.assertEqual(module("core.sessions").stats(stand_in.session_uid).parts_at_rest, 0)
 
     def test_a_light_stand_in_of_a_heavy_mesh(self):
         made = pieces()

@@ -438,7 +438,7 @@ class CancelTest(SceneTest):
         self.assert_error(RuntimeError, message, whole.finish)
         while whole.step(time_limit_s=60.0):
             pass
-        for at_once, in_steps in zip(whole.readouts, job.readouts, strict=True):  # each step starts its search again
+        for at_once, in_steps in zip(whole.all_stats, job.all_stats, strict=True):  # each step starts its search again
             self.assertLessEqual(at_once.iterations, in_steps.iterations)
             self.assertAlmostEqual(at_once.energy, in_steps.energy, delta=1e-6 * in_steps.energy + 1e-12)
         self.assertEqual(whole.finish(), ["ARAP_0001", "ARAP_0011", "ARAP_0021"])

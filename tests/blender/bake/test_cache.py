@@ -104,7 +104,7 @@ class MeshCacheTest(SceneTest):
             ),
         ):
             self.assert_error(ValueError, message, self.api.export_mesh_cache, obj, *arguments)
-        self.assertEqual(module("core.sessions").claimed_by(uid("Tube")), "")
+        self.assertEqual(module("core.sessions").locked_by(uid("Tube")), "")
         bpy.ops.wm.save_as_mainfile(filepath=str(self.folder / "scene.blend"))
         obj = bpy.data.objects["Tube"]
         filepaths = bpy.context.preferences.filepaths

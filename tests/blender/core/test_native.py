@@ -102,7 +102,7 @@ class RegisterTest(SceneTest):
         # One set of modules, not old ones beside new ones.
         self.assertIs(module("engine.update").sessions, sys.modules[f"{support.PACKAGE}.core.sessions"])
         self.assertIs(module("pose.result").sessions, module("engine.update").sessions)
-        self.assertIsNotNone(module("core.sessions").readout(obj.session_uid))
+        self.assertIsNotNone(module("core.sessions").stats(obj.session_uid))
 
     def test_disabled_it_leaves_nothing_in_memory(self):
         """Its modules hold the module bpy, and Blender as a module of Python ends when that one goes."""

@@ -38,7 +38,7 @@ class LooseTest(SceneTest):
         self.assert_close(shown_positions(obj), rest_positions(obj), 4e-6)
         bpy.ops.ed.redo()
         obj = opened_again()
-        self.assertTrue(obj.arap.loose_follow)
+        self.assertTrue(obj.arap.use_loose_parts)
         self.assert_close(shown_positions(obj), bent, 1e-6)
         animate(obj)
         names = self.api.bake_animation(obj, 1, 21, 10)
@@ -49,17 +49,17 @@ class LooseTest(SceneTest):
         bend(obj)
         self.assertEqual(self.api.solve(obj).parts_at_rest, 1)
         self.assert_follows(obj, key_positions(obj))
-        obj.arap.loose_follow = False
+        obj.arap.use_loose_parts = False
         obj = opened_again()
-        self.assertFalse(obj.arap.loose_follow)
+        self.assertFalse(obj.arap.use_loose_parts)
         self.assertEqual(self.api.solve(obj).parts_at_rest, 2)
         self.assert_close(key_positions(obj)[EYE], rest_positions(obj)[EYE], 4e-6)
 
     def test_what_follows_is_no_free_part(self):
         obj = with_balls(*PLACES)
         for follows, expected in ((True, FAR), (False, slice(EYE.start, FAR.stop))):
-            obj.arap.loose_follow = follows
-            vertices, n_parts = module("setup.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
+            obj.arap.use_loose_parts = follows
+            vertices, n_parts = module("setup.free_parts").find(obj, bpy.context.evaluated_depsgraph_get())
             np.testing.assert_array_equal(vertices, np.arange(expected.start, expected.stop))
             self.assertEqual(n_parts, self.api.solve(obj).parts_at_rest)
 

@@ -21,7 +21,7 @@ class FollowTest(SceneTest):
             if last.stop_reason == "converged":
                 break
         self.assertEqual(last.stop_reason, "converged")
-        self.assertEqual(module("core.sessions").readout(obj.session_uid), last)
+        self.assertEqual(module("core.sessions").stats(obj.session_uid), last)
         self.api.solve(other)
         self.assert_close(key_positions(obj), key_positions(other), 2e-3)
 
@@ -155,7 +155,7 @@ class FollowTest(SceneTest):
         self.api.solve(obj)
         former = obj.session_uid
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        self.assertIsNone(module("core.sessions").readout(former))
+        self.assertIsNone(module("core.sessions").stats(former))
         self.assertIsNone(module("core.sessions").get(former))
 
     def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
@@ -164,13 +164,13 @@ class FollowTest(SceneTest):
             obj = posable()
             self.api.solve(obj)
             former = obj.session_uid
-            self.assertIsNotNone(sessions.readout(former))
+            self.assertIsNotNone(sessions.stats(former))
             leave(obj)
             bpy.context.view_layer.update()
-            self.assertEqual([sessions.get(former) is not None, sessions.readout(former) is not None], [is_kept] * 2)
+            self.assertEqual([sessions.get(former) is not None, sessions.stats(former) is not None], [is_kept] * 2)
             obj = mesh_object()
             self.assertEqual(obj.name, "Tube")
-            self.assertIsNone(module("core.sessions").readout(obj.session_uid))
+            self.assertIsNone(module("core.sessions").stats(obj.session_uid))
             self.assertIsNone(module("core.sessions").get(uid("Tube")))
             bpy.data.objects.remove(obj)
 

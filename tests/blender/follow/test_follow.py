@@ -9,7 +9,7 @@ import hostile
 import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
-from support import FakeAct, SceneTest, bpy, module, opened_again, uid
+from support import FakeLock, SceneTest, bpy, module, opened_again, uid
 from tubes import (
     BOTTOM,
     MIDDLE,
@@ -269,12 +269,12 @@ class FollowToggleTest(SceneTest):
 
     def test_waits_while_the_object_is_posed_or_baked(self):
         obj = following_tube()
-        act = FakeAct("it is posed")
-        self.sessions.claim(bpy.data.objects["Tube"], act)
+        act = FakeLock("it is posed")
+        self.sessions.lock(bpy.data.objects["Tube"], act)
         count = self.count_updates(obj)
         bend(obj)
         self.assertEqual((count, self.follow.run_of(obj).pause), ([0], "Paused while it is posed"))
-        self.sessions.release(uid("Tube"), act)
+        self.sessions.unlock(uid("Tube"), act)
         bpy.context.view_layer.update()
         self.scene.frame_set(2)
         self.assert_followed(obj)
@@ -283,11 +283,11 @@ class FollowToggleTest(SceneTest):
         obj = following_tube()
         bend(obj)
         state = module("pose.result").capture_state(obj)
-        act = FakeAct("it is posed")
-        self.sessions.claim(bpy.data.objects["Tube"], act)
+        act = FakeLock("it is posed")
+        self.sessions.lock(bpy.data.objects["Tube"], act)
         obj.arap.rigidity = 20.0
         bpy.context.view_layer.update()
-        self.sessions.release(uid("Tube"), act)
+        self.sessions.unlock(uid("Tube"), act)
         self.api.prepare_session(obj)
         module("pose.result").restore_state(obj, state)
         bpy.context.view_layer.update()
@@ -309,10 +309,10 @@ class FollowToggleTest(SceneTest):
         job = module("bake.keys").BakeJob(obj, 1, 11, 5)
         count = self.count_updates(other)
         while job.step():
-            self.assertIn(self.sessions.claimed_by(uid("Tube")), "it is baked")
+            self.assertIn(self.sessions.locked_by(uid("Tube")), "it is baked")
         self.assertGreater(count[0], 0, "another one follows meanwhile")
         job.finish()
-        self.assertEqual(self.sessions.claimed_by(uid("Tube")), "")
+        self.assertEqual(self.sessions.locked_by(uid("Tube")), "")
         bend(obj)
         run = self.follow.run_of(obj)
         self.assertEqual((run.pause, obj.arap.follow_error), ("Paused: the bake is shown. Edit Again goes on", ""))
@@ -322,7 +322,7 @@ class FollowToggleTest(SceneTest):
         self.assert_followed(other)
         job = module("bake.keys").BakeJob(other, 1, 11, 5)
         job.cancel()
-        self.assertEqual(self.sessions.claimed_by(uid("Other")), "")
+        self.assertEqual(self.sessions.locked_by(uid("Other")), "")
 
     # ------------------------------------------------------------------------------------------ what happens to a scene
 

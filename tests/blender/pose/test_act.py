@@ -40,12 +40,12 @@ class PoseSceneTest(SceneTest):
         bpy.context.view_layer.objects.active = obj
         sessions = module("core.sessions")
         for is_kept in (True, False):
-            act = module("engine.act").PoseAct(mock.Mock())
-            sessions.claim(obj, act)
-            self.addCleanup(sessions.release, obj.session_uid, act)
+            act = module("engine.interaction").Interaction(mock.Mock())
+            sessions.lock(obj, act)
+            self.addCleanup(sessions.unlock, obj.session_uid, act)
             self.assertEqual(bpy.ops.arap.pose_end(is_kept=is_kept), {"FINISHED"})
             self.assertIsNotNone(act.end)
-            sessions.release(obj.session_uid, act)
+            sessions.unlock(obj.session_uid, act)
 
     def test_a_lost_handle_has_no_motion(self):
         obj = solved()

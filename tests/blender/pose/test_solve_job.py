@@ -3,7 +3,7 @@
 
 import numpy as np
 from looks import key_positions, unfit
-from support import FakeAct, SceneTest, bpy, module, uid
+from support import FakeLock, SceneTest, bpy, module, uid
 from tubes import mesh_object, move, posable
 
 
@@ -17,16 +17,16 @@ class SolveJobTest(SceneTest):
         obj, other = posable(), posable("Other")
         for each in (obj, other):
             move(each.arap.handles[0].target, (0.5, 0.2, -0.3), (0.4, 0.0, 0.0))
-        readout = self.api.solve(obj)
+        stats = self.api.solve(obj)
         job = self.api.begin_solve(other)
         self.assertIn("preparing the mesh", job.status)
-        self.assertEqual(module("core.sessions").claimed_by(uid("Other")), "it is solved")
+        self.assertEqual(module("core.sessions").locked_by(uid("Other")), "it is solved")
         done = self.run_job(job)
-        self.assertEqual((done.iterations, done.stop_reason), (readout.iterations, "converged"))
+        self.assertEqual((done.iterations, done.stop_reason), (stats.iterations, "converged"))
         np.testing.assert_array_equal(key_positions(other), key_positions(obj))
-        self.assertEqual(module("core.sessions").claimed_by(uid("Other")), "")
+        self.assertEqual(module("core.sessions").locked_by(uid("Other")), "")
         self.assertEqual(unfit(other, is_thorough=True), "")
-        self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
+        self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, stats.iterations, "bound already")
 
     def test_differences_of_the_scale_do_not_add_up(self):
         obj = posable()
@@ -50,7 +50,7 @@ class SolveJobTest(SceneTest):
             job.cancel()
             np.testing.assert_array_equal(key_positions(obj), before)
             self.assertIs(module("core.sessions").get(uid("Tube")).session, session)
-            self.assertEqual(module("core.sessions").claimed_by(uid("Tube")), "")
+            self.assertEqual(module("core.sessions").locked_by(uid("Tube")), "")
         self.assertEqual(self.api.solve(obj).stop_reason, "converged")
 
     def test_what_happens_to_the_mesh_meanwhile_ends_it(self):
@@ -60,7 +60,7 @@ class SolveJobTest(SceneTest):
             pass
         obj.name = "Renamed"
         job.finish()
-        self.assertFalse(module("core.sessions").claimed_by(obj.session_uid))
+        self.assertFalse(module("core.sessions").locked_by(obj.session_uid))
         job = self.api.begin_solve(obj)
         while job.step(0.01):
             pass
@@ -82,7 +82,7 @@ class SolveJobTest(SceneTest):
         obj = mesh_object()
         message = "Nothing holds or moves 'Tube': add a pin or a handle"
         self.assert_error(ValueError, message, self.api.begin_solve, obj)
-        self.assertEqual(module("core.sessions").claimed_by(uid("Tube")), "")
+        self.assertEqual(module("core.sessions").locked_by(uid("Tube")), "")
 
 
 class WaitTest(SceneTest):
@@ -90,8 +90,8 @@ class WaitTest(SceneTest):
         obj = posable()
         sessions = module("core.sessions")
         self.api.store_pose(obj, "Pose")
-        act = FakeAct("it is posed")
-        sessions.claim(obj, act)
+        act = FakeLock("it is posed")
+        sessions.lock(obj, act)
         for begin in (
             lambda: self.api.begin_solve(obj),
             lambda: module("bake.keys").BakeJob(obj, 1, 2),
@@ -99,15 +99,15 @@ class WaitTest(SceneTest):
             lambda: module("bake.cache").MeshCacheJob(obj, "tube.mdd", 1, 2),
         ):
             self.assert_error(RuntimeError, "Wait for 'Tube': it is posed", begin)
-        self.assertIs(sessions.acts[uid("Tube")], act)
-        sessions.release(obj.session_uid, act)
+        self.assertIs(sessions.locks[uid("Tube")], act)
+        sessions.unlock(obj.session_uid, act)
         job = self.api.begin_solve(obj)
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         other = posable()
-        sessions.claim(other, act)
+        sessions.lock(other, act)
         job.cancel()
-        self.assertIs(sessions.acts[other.session_uid], act, "of another file")
-        sessions.release(other.session_uid, act)
+        self.assertIs(sessions.locks[other.session_uid], act, "of another file")
+        sessions.unlock(other.session_uid, act)
 
     def test_a_script_waits_for_a_job_and_does_not_disturb_it(self):
         obj = posable()

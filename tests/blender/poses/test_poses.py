@@ -48,15 +48,15 @@ class BlendRunTest(SceneTest):
         def blend(mesh, factor):
             return self.api.blend_poses(mesh, self.api.REST, "Bent", factor)
 
-        claimed_by = module("core.sessions").claimed_by
+        locked_by = module("core.sessions").locked_by
         run = module("poses.blend_run").BlendRun(bpy.context, obj, blend, mouse_x=0, is_followed=False)
-        self.assertEqual(claimed_by(obj.session_uid), "its poses are blended")
+        self.assertEqual(locked_by(obj.session_uid), "its poses are blended")
         run.set_factor(1.0)
         self.assertGreater(np.abs(places(obj) - before).max(), 0.1)
         obj.data.vertices.add(1)
         for _ in range(2):  # a second call does no harm
             self.assertEqual(run.abort(), "'Tube' has 137 vertices, but had 136: its shape key stays")
-            self.assertEqual(claimed_by(obj.session_uid), "")
+            self.assertEqual(locked_by(obj.session_uid), "")
             self.assert_close(places(obj), before)
 
 
@@ -294,8 +294,8 @@ class BlendTest(SceneTest):
         self.api.store_pose(obj, "Swung")
         self.assertEqual(str(self.api.blend_poses(obj, self.api.REST, "Swung", 0.5)), "")
         self.assert_close(places(obj), np.array(half) @ rest, 1e-5)
-        readout = self.api.solve(obj)
-        self.assertLess(readout.energy, 1e-6)
+        stats = self.api.solve(obj)
+        self.assertLess(stats.energy, 1e-6)
 
     def test_between_two_stored_poses_and_from_now(self):
         obj = posable()

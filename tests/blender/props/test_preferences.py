@@ -44,7 +44,7 @@ class PreferencesTest(SceneTest):
 
     def test_blender_saves_changed_settings_of_pull_when_it_ends(self):
         pull, preferences = self.preferences.pull(), bpy.context.preferences
-        for name, value in (("radius", 55), ("is_reach_auto", False), ("reach", 2.0), ("turns_along", False)):
+        for name, value in (("radius", 55), ("use_auto_reach", False), ("reach", 2.0), ("use_turn", False)):
             self.addCleanup(setattr, pull, name, getattr(pull, name))
             preferences.is_dirty = False
             setattr(pull, name, value)

@@ -19,8 +19,12 @@ RIGHT = np.array([0.3, 0.0, 0.0])
 class PullTest(SceneTest):
     def setUp(self) -> None:
         super().setUp()
-        self.seen_mesh, self.hold, self.pins = module("pull.seen_mesh"), module("pull.hold"), module("pull.pins")
-        self.seen_mesh.clear()
+        self.evaluated_mesh, self.hold, self.pins = (
+            module("pull.evaluated_mesh"),
+            module("pull.hold"),
+            module("pull.pins"),
+        )
+        self.evaluated_mesh.clear()
 
     @property
     def depsgraph(self):
@@ -37,13 +41,13 @@ class PullTest(SceneTest):
 
     def pick(self, obj, x=200.0):
         bpy.context.view_layer.update()
-        return self.seen_mesh.pick(obj, self.depsgraph, self.view(), (x, 150.0), 30.0)
+        return self.evaluated_mesh.pick(obj, self.depsgraph, self.view(), (x, 150.0), 30.0)
 
     def seen(self, obj):
-        return self.seen_mesh.read(obj, self.depsgraph)
+        return self.evaluated_mesh.read(obj, self.depsgraph)
 
     def grab(self, vertices, reach=1.0):
-        return module("pull.region").Grab(np.asarray(vertices, dtype=np.int32), reach)
+        return module("pull.region").PulledPatch(np.asarray(vertices, dtype=np.int32), reach)
 
     def begin(self, obj, grab):
         return self.hold.begin_pull(obj, self.depsgraph, [grab])
@@ -60,8 +64,8 @@ class PullTest(SceneTest):
             bound = sessions.get(obj.session_uid)
             snapshot, misfit = module("engine.frame").look(obj, self.depsgraph, bound, begun.holds)
             self.assertEqual(misfit, "")
-            readout = module("engine.frame").solve(snapshot, bound, matrices, initial_guess="previous")
-            if readout.stop_reason == "converged":
+            stats = module("engine.frame").solve(snapshot, bound, matrices, initial_guess="previous")
+            if stats.stop_reason == "converged":
                 break
         self.pins.add(obj, begun.grabs)
         self.pins.remember_rest(obj, begun.rest, begun.shown)
@@ -232,7 +236,7 @@ class PickTest(PullTest):
     def test_triangles_of_a_patch_cover_its_whole_faces(self):
         seen = self.seen(mesh_object())
         for patch, n in (([*MIDDLE, *(i + SEGMENTS for i in MIDDLE)], 2 * SEGMENTS), (BOTTOM, SEGMENTS - 2)):
-            triangles = self.seen_mesh.patch_triangles(seen, np.array(patch, dtype=np.int32))
+            triangles = self.evaluated_mesh.patch_triangles(seen, np.array(patch, dtype=np.int32))
             self.assertEqual(triangles.shape, (n, 3))
 
 
@@ -365,7 +369,7 @@ class DragTest(PullTest):
         pivot.rotation_euler.z = np.pi / 2.0
         bpy.context.view_layer.update()
         before = shown_positions(obj)
-        self.seen_mesh.clear()
+        self.evaluated_mesh.clear()
         self.pull(obj, self.grab(MIDDLE), RIGHT)
         self.assert_close(shown_positions(obj)[MIDDLE], before[MIDDLE] + RIGHT, 1e-3)
         self.assert_close(key_positions(obj)[MIDDLE], rest_positions(obj)[MIDDLE] - (0.0, 0.3, 0.0), 1e-3)
@@ -476,7 +480,7 @@ class SettingsTest(PullTest):
             layout = mock.Mock()
             module("pull.tool").ArapPullTool.draw_settings(bpy.context, layout, None)
             row = layout.row.return_value
-            offered = any(call.args[1:] == ("is_reach_auto",) for call in row.prop.call_args_list)
+            offered = any(call.args[1:] == ("use_auto_reach",) for call in row.prop.call_args_list)
             self.assertEqual((offered, layout.label.called), (is_offered, not is_offered))
 
 
@@ -495,10 +499,10 @@ class ReasonTest(SceneTest):
         check("Wait for the mesh: it is baked")
         job.cancel()
         check("")
-        act = module("engine.act").PoseAct(None, is_drag=True)
-        sessions.claim(obj, act)
+        act = module("engine.interaction").Interaction(None, is_drag=True)
+        sessions.lock(obj, act)
         check("The mesh is being pulled: wait until it ")
-        sessions.release(obj.session_uid, act)
+        sessions.unlock(obj.session_uid, act)
         check("")
         obj.arap.use_follow = True
         check("")

@@ -83,7 +83,7 @@ class MirrorTest(SceneTest):
     def test_a_pull_keeps_it_too(self):
         obj = half_tube()
         on_plane = int(np.linalg.norm(rest_positions(obj) - (0.0, -0.5, LENGTH / 2.0), axis=1).argmin())
-        grab = module("pull.region").Grab(np.array([on_plane], np.int32), 1.0)
+        grab = module("pull.region").PulledPatch(np.array([on_plane], np.int32), 1.0)
         begun = module("pull.hold").begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
         session = module("core.background").run(module("core.sessions").build(begun.inputs))
         module("engine.mesh").adopt(obj, begun.inputs, session)
@@ -174,7 +174,7 @@ class MirrorTest(SceneTest):
         obj = self.bent()
         modifier = obj.modifiers["Mirror"]
         session = module("engine.update").prepare_session(obj)
-        whole_size = module("scene.remembered").diagonal(obj, bpy.context.evaluated_depsgraph_get())
+        whole_size = module("scene.ui_cache").diagonal(obj, bpy.context.evaluated_depsgraph_get())
         self.assertAlmostEqual(whole_size, np.linalg.norm([1.0, 1.0, LENGTH]), places=5)
         for change, back in (
             (("merge_threshold", 0.002), 0.001),

@@ -251,7 +251,7 @@ class MoversTest(SceneTest):
         reach.target, reach.pole_target = goal, pole
         reading(driven(goal, "location", 0), read)
         read.parent = above
-        movers = module("scene.movers.chain").movers(obj, obj.arap.handles)
+        movers = module("scene.movers.chain").transform_sources(obj, obj.arap.handles)
         self.assertEqual({mover.name for mover in movers}, {"Head", "Rig", *names})
 
     def test_a_circle_of_constraints_ends(self):
@@ -260,4 +260,4 @@ class MoversTest(SceneTest):
         second.constraints.new("COPY_LOCATION").target = first
         obj = self.moved_by(first)
         self.assert_moves(obj)
-        self.assertEqual(len(module("scene.movers.chain").movers(obj, obj.arap.handles)), 2)
+        self.assertEqual(len(module("scene.movers.chain").transform_sources(obj, obj.arap.handles)), 2)

@@ -104,12 +104,12 @@ class BaseTest(SceneTest):
 
     def test_what_is_restored_after_more_was_added_has_no_more(self):
         obj, _ = pinned()
-        staying = module("scene.staying")
+        preserve_shape = module("scene.preserve_shape")
         self.api.add_pin(obj, MIDDLE, name="Waist")
-        former = staying.capture_bases(obj)
+        former = preserve_shape.capture_bases(obj)
         self.api.add_pin(obj, [*MIDDLE, *RING], name="Both")
         number = obj.arap.controls["Both"].base_id
-        self.assertEqual([pin.name for pin in staying.restore_bases(obj, former)], ["Both"])
+        self.assertEqual([pin.name for pin in preserve_shape.restore_bases(obj, former)], ["Both"])
         self.assertEqual(obj.arap.controls["Waist"].base[0].tolist(), MIDDLE)
         owners = [
             np.array([v.value for v in obj.data.attributes[name].data]) for name in attributes(obj) if "_of" in name

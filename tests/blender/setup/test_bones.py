@@ -114,8 +114,8 @@ class BonesTest(SceneTest):
         self.api.add_bones(obj, armature)
         self.api.add_bones(obj, far)
         bend(far, "Far", 1.0)
-        readout = self.api.solve(obj)
-        self.assertEqual(readout.outside, ("Far",))
+        stats = self.api.solve(obj)
+        self.assertEqual(stats.outside, ("Far",))
         self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
         for index in (0, 1):
             obj.arap.handles[index].is_enabled = False
@@ -136,8 +136,8 @@ class BonesTest(SceneTest):
         bpy.context.view_layer.update()
         self.assertEqual(self.api.add_bones(obj, far), ["Upper", "Lower"])
         self.assertEqual(len(obj.arap.handles), 2)
-        readout = self.api.solve(obj)
-        self.assertEqual(readout.outside, ())
+        stats = self.api.solve(obj)
+        self.assertEqual(stats.outside, ())
         self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
 
     def test_the_twin_of_a_bone_in_the_other_half_holds_nothing(self):
@@ -156,17 +156,17 @@ class BonesTest(SceneTest):
         self.api.solve(obj)
         alone = key_positions(obj)
         self.api.add_bones(obj, twin)
-        readout = self.api.solve(obj)
-        self.assertEqual(set(readout.outside), {"Lower.R", "Upper.R"})
+        stats = self.api.solve(obj)
+        self.assertEqual(set(stats.outside), {"Lower.R", "Upper.R"})
         self.assert_close(key_positions(obj), alone, 1e-4)
 
     def test_parts_that_no_bone_passes_through_are_selected_as_unheld(self):
         obj = with_balls((5.0, 0.0, 2.0))
-        obj.arap.loose_follow = False
+        obj.arap.use_loose_parts = False
         self.api.remove_control(obj, obj.arap.handles[0].name)
         self.api.remove_control(obj, obj.arap.pins[0].name)
         self.api.add_bones(obj, arm(obj))
-        find = module("setup.unheld").find
+        find = module("setup.free_parts").find
         with self.assertRaisesRegex(ValueError, "is known once it was posed"):
             find(obj, bpy.context.evaluated_depsgraph_get())
         self.api.prepare_session(obj)
@@ -231,7 +231,7 @@ class BonesTest(SceneTest):
         self.api.solve(obj)
         posed = key_positions(obj)
         region = module("pull.region")
-        grab = region.Grab(np.array(TOP[:1], dtype=np.int32), 0.0)
+        grab = region.PulledPatch(np.array(TOP[:1], dtype=np.int32), 0.0)
         pull = module("pull.hold").begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
         run, session = module("core.background").run, module("core.session").Session
         bound = run(

@@ -56,14 +56,14 @@ class HandleCopiesTest(SceneTest):
     def test_redraws_do_not_look_at_the_scene_again(self):
         """Which handles are foreign takes a look at every object of the file."""
         copy = copied(posable())
-        remembered = module("scene.remembered")
+        ui_cache = module("scene.ui_cache")
         with mock.patch.object(module("scene.handle_motion"), "foreign_handles", return_value=[1]) as look:
             for _ in range(3):
-                self.assertTrue(remembered.has_foreign_handles(copy))
+                self.assertTrue(ui_cache.has_foreign_handles(copy))
             self.assertEqual(look.call_count, 1)
             copy.location.x += 1.0
             bpy.context.view_layer.update()
-            remembered.has_foreign_handles(copy)
+            ui_cache.has_foreign_handles(copy)
             self.assertEqual(look.call_count, 2)
 
     def test_handles_under_handles_and_animations_are_copied_too(self):

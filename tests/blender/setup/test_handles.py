@@ -178,10 +178,10 @@ class HandleTest(SceneTest):
         self.api.solve(obj)
         posed = key_positions(obj)
         empties = [empty_at(posed[vertex], "Control") for vertex in (*MIDDLE[:3], MIDDLE[0])]
-        stay = module("scene.staying").stay
-        with mock.patch.object(module("scene.staying"), "stay", side_effect=stay) as stays:
+        keep = module("scene.preserve_shape").keep_shown_shape
+        with mock.patch.object(module("scene.preserve_shape"), "keep_shown_shape", side_effect=keep) as kept:
             module("setup.handles").add_handles_for(obj, [(empty, "") for empty in empties], radius=0.5)
-        self.assertEqual(stays.call_count, 1)
+        self.assertEqual(kept.call_count, 1)
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, STAYS)
 
@@ -194,14 +194,14 @@ class HandleTest(SceneTest):
         spot = obj.arap.controls[self.api.add_handle(obj, MIDDLE[:1], name="Spot")]
         obj.arap.chosen_control_index = 0
         empties = [empty_at(key_positions(obj)[vertex], "Control") for vertex in MIDDLE[1:3]]
-        hold_shown = module("scene.staying")._hold_shown
+        hold_shown = module("scene.preserve_shape")._hold_shown
 
         def fail(*arguments):
             hold_shown(*arguments)
             self.assertGreater(obj.arap.controls["Spot"].reach, 0.0)
             raise MemoryError
 
-        with mock.patch.object(module("scene.staying"), "_hold_shown", fail), self.assertRaises(MemoryError):
+        with mock.patch.object(module("scene.preserve_shape"), "_hold_shown", fail), self.assertRaises(MemoryError):
             module("setup.handles").add_handles_for(obj, [(empty, "") for empty in empties])
         self.assertEqual(
             ([handle.name for handle in obj.arap.handles], obj.arap.chosen_control_index), (["Head", "Spot"], 0)
@@ -527,10 +527,10 @@ class OwnerTest(SceneTest):
 
     def setUp(self):
         super().setUp()
-        self.owner = module("scene.remembered")
+        self.owner = module("scene.ui_cache")
 
     def shown(self):
-        return module("ui.checks").find_posed_object(bpy.context)
+        return module("ui.checks").find_arap_object(bpy.context)
 
     def count_looks(self):
         """How many objects are asked whether the active one moves them."""

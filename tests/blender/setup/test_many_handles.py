@@ -53,16 +53,16 @@ class Counts:
 class ManyHandlesTest(SceneTest):
     def test_each_costs_the_same(self):
         """Points, which look for others near them, and handles that hold their vertices."""
-        for is_exact in (False, True):
+        for use_exact in (False, True):
             for matrix in (None, PLACED):
-                with self.subTest(is_exact=is_exact, is_placed=matrix is not None):
+                with self.subTest(use_exact=use_exact, is_placed=matrix is not None):
                     self.setUp()
                     obj = mesh_object(matrix=matrix)
                     obj.parent = empty_at((1.0, 2.0, 3.0))
                     bpy.context.view_layer.update()
 
-                    def add(vertex, obj=obj, is_exact=is_exact):
-                        self.api.add_handle(obj, [vertex], name="Point", is_exact=is_exact)
+                    def add(vertex, obj=obj, use_exact=use_exact):
+                        self.api.add_handle(obj, [vertex], name="Point", use_exact=use_exact)
 
                     with Counts() as counts:
                         costs = [counts.of_next(lambda vertex=vertex: add(vertex)) for vertex in range(N)]
@@ -73,7 +73,7 @@ class ManyHandlesTest(SceneTest):
                     places = [handle.target.matrix_world.translation for handle in obj.arap.handles]
                     world = np.array(obj.matrix_world)
                     rest = rest_positions(obj)[:N] @ world[:3, :3].T + world[:3, 3]
-                    self.assert_close(np.array(places), rest, 0.0 + (1e-5 if is_exact else 0.2))
+                    self.assert_close(np.array(places), rest, 0.0 + (1e-5 if use_exact else 0.2))
 
     def test_where_the_object_is_now_counts(self):
         """Also if nothing has evaluated that: moved by a script, a parent, a constraint, a driver."""
@@ -93,9 +93,9 @@ class ManyHandlesTest(SceneTest):
             with self.subTest(what):
                 self.setUp()
                 obj, other = mesh_object(), empty_at((0.0, 0.0, 0.0))
-                self.api.add_handle(obj, [0], is_exact=True)
+                self.api.add_handle(obj, [0], use_exact=True)
                 act(obj, other)
-                handle = obj.arap.controls[self.api.add_handle(obj, [0], is_exact=True)]
+                handle = obj.arap.controls[self.api.add_handle(obj, [0], use_exact=True)]
                 bpy.context.view_layer.update()
                 place = Matrix(obj.matrix_world) @ obj.data.vertices[0].co
                 self.assertAlmostEqual(obj.matrix_world.translation.z, 5.0)

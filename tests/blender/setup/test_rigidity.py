@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rotation nodes in Blender: Rigidity, its readout, point handles and Exact, for posing, bakes and the command line."""
+"""Rotation nodes in Blender: Rigidity, its stats, point handles and Exact, for posing, bakes and the command line."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ class RigidityTest(SceneTest):
         self.assertEqual((settings.energy, settings.rigidity_radius), ("rotation_nodes", 0.02))
         numbers = {item.identifier: item.value for item in obj.arap.bl_rna.properties["energy"].enum_items}
         self.assertEqual(numbers, {"spokes_and_rims": 0, "spokes": 1, "rotation_nodes": 2}, "files have the numbers")
-        self.api.add_handle(obj, [7], name="Point", is_exact=True)
+        self.api.add_handle(obj, [7], name="Point", use_exact=True)
         obj.arap.energy, obj.arap.rigidity = "spokes", 3.5
         obj = opened_again()
         self.assertEqual((obj.arap.energy, obj.arap.rigidity), ("spokes", 3.5))
-        self.assertEqual([handle.is_exact for handle in obj.arap.handles], [False, True])
+        self.assertEqual([handle.use_exact for handle in obj.arap.handles], [False, True])
 
     def test_the_size_for_the_readout_is_that_of_the_rest_shape_as_seen(self):
         obj = posable(matrix=PLACED)
-        size = module("scene.remembered").diagonal
+        size = module("scene.ui_cache").diagonal
         depsgraph = bpy.context.evaluated_depsgraph_get()
 
         def check():
@@ -109,9 +109,9 @@ class PointHandleTest(SceneTest):
     def test_exact_and_classic_handles_stand_at_their_vertices(self):
         obj = sheet()
         place = in_world(obj, rest_positions(obj)[[SIDE + 1]])[0]
-        for energy, is_exact in (("rotation_nodes", True), ("spokes", False)):
+        for energy, use_exact in (("rotation_nodes", True), ("spokes", False)):
             obj.arap.energy = energy
-            handle = obj.arap.controls[self.api.add_handle(obj, [SIDE + 1], is_exact=is_exact)]
+            handle = obj.arap.controls[self.api.add_handle(obj, [SIDE + 1], use_exact=use_exact)]
             bpy.context.view_layer.update()
             self.assert_close(handle.target.matrix_world.translation, place)
 
@@ -146,7 +146,7 @@ class PointHandleTest(SceneTest):
         disc = [CENTRE + dx + row * dy for dx in range(-3, 4) for dy in range(4, 11)]
         for what, add in {
             "a point": lambda obj: self.api.add_handle(obj, [CENTRE + 2]),
-            "a vertex": lambda obj: self.api.add_handle(obj, [CENTRE + row], is_exact=True),
+            "a vertex": lambda obj: self.api.add_handle(obj, [CENTRE + row], use_exact=True),
             "a region": lambda obj: self.api.add_handle(obj, disc),
             "a pin": lambda obj: self.api.add_pin(obj, [CENTRE - 1, CENTRE - 2, CENTRE - 1 - row]),
             "its own vertex": lambda obj: self.api.add_pin(obj, [CENTRE]),
@@ -189,7 +189,7 @@ class PointHandleTest(SceneTest):
         obj = sheet()
         handle = obj.arap.controls[self.api.add_handle(obj, [CENTRE], name="Point")]
         module("engine.update").prepare_session(obj)
-        handle.is_exact = True
+        handle.use_exact = True
         self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")
         module("engine.update").prepare_session(obj)
         self.assertIsNone(patch_of(obj))

@@ -23,7 +23,7 @@ def out_of_shape(obj, part) -> float:
 
 
 def entries(obj) -> list[tuple[str, bool, float]]:
-    return [(entry.name, entry.is_rigid, entry.factor) for entry in obj.arap.stiffness]
+    return [(entry.name, entry.use_rigid, entry.factor) for entry in obj.arap.stiffness]
 
 
 class StiffnessTest(SceneTest):
@@ -35,7 +35,7 @@ class StiffnessTest(SceneTest):
         for part in (BELLY, CHEST):
             self.assertLess(out_of_shape(obj, part), 1e-5)
         self.assertGreater(out_of_shape(obj, both), 0.05)
-        entry.is_one_body = True
+        entry.use_single_body = True
         self.api.solve(obj)
         self.assertLess(out_of_shape(obj, both), 1e-5)
         entry.is_enabled = False
@@ -56,7 +56,7 @@ class StiffnessTest(SceneTest):
         bpy.context.view_layer.update()
         self.assertLess(out_of_shape(obj, BELLY), 0.5 * bent)
         self.assertEqual((obj.arap.use_follow, obj.arap.follow_error), (True, ""))
-        obj.arap.stiffness[0].is_rigid = True
+        obj.arap.stiffness[0].use_rigid = True
         obj.update_tag()
         bpy.context.view_layer.update()
         self.assertLess(out_of_shape(obj, BELLY), 1e-5)

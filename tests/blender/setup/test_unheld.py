@@ -32,15 +32,15 @@ class UnheldTest(SceneTest):
         obj = self.three_tubes_and_a_loose_vertex()
         n = (len(obj.data.vertices) - 1) // 3
         move(obj.arap.handles[0].target, (1.0, 0.0, 0.0))
-        readout = self.api.solve(obj)
-        vertices, n_parts = module("setup.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
-        self.assertEqual((n_parts, 1), (readout.parts_at_rest, readout.loose_vertices))
+        stats = self.api.solve(obj)
+        vertices, n_parts = module("setup.free_parts").find(obj, bpy.context.evaluated_depsgraph_get())
+        self.assertEqual((n_parts, 1), (stats.parts_at_rest, stats.loose_vertices))
         self.assert_close(key_positions(obj)[vertices], rest_positions(obj)[vertices], 4e-6)
         np.testing.assert_array_equal(vertices, np.arange(n, 3 * n + 1))
-        text = module("pose.unheld_text").unheld_text(readout)
+        text = module("pose.free_parts_text").free_parts_text(stats)
         self.assertEqual(text, "2 parts and 1 loose vertex have no pin or handle and do not move")
         obj.data.vertices[n].hide = True
-        self.assertEqual(bpy.ops.arap.select_unheld(), {"FINISHED"})
+        self.assertEqual(bpy.ops.arap.select_free_parts(), {"FINISHED"})
         self.assertEqual(obj.mode, "EDIT")
         bpy.ops.object.mode_set(mode="OBJECT")
         np.testing.assert_array_equal(module("scene.meshes").selected_vertices(obj), vertices)
@@ -50,15 +50,15 @@ class UnheldTest(SceneTest):
     def test_nothing_is_selected_if_there_are_none(self):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
-        self.assertEqual(bpy.ops.arap.select_unheld(), {"FINISHED"})
+        self.assertEqual(bpy.ops.arap.select_free_parts(), {"FINISHED"})
         self.assertEqual(obj.mode, "OBJECT")
 
     def test_too_little_memory_is_reported_as_other_errors_are(self):
         bpy.context.view_layer.objects.active = posable()
         problem = "the factor of this mesh needs about 12 GB"
-        too_little = mock.patch.object(module("setup.unheld"), "find", side_effect=MemoryError(problem))
+        too_little = mock.patch.object(module("setup.free_parts"), "find", side_effect=MemoryError(problem))
         with too_little, self.assertRaises(RuntimeError) as raised:
-            bpy.ops.arap.select_unheld()
+            bpy.ops.arap.select_free_parts()
         self.assertIn(problem, str(raised.exception))
         self.assertNotIn("Traceback", str(raised.exception))
 
@@ -72,6 +72,6 @@ class UnheldTest(SceneTest):
         bpy.context.view_layer.update()
         self.api.add_pin(obj, [0, 3])
         for is_joined, expected in ((False, 1), (True, 0)):
-            obj.arap.join_seams = is_joined
-            n_parts = module("setup.unheld").find(obj, bpy.context.evaluated_depsgraph_get())[1]
+            obj.arap.use_weld = is_joined
+            n_parts = module("setup.free_parts").find(obj, bpy.context.evaluated_depsgraph_get())[1]
             self.assertEqual((n_parts, self.api.solve(obj).parts_at_rest), (expected, expected))

@@ -116,7 +116,7 @@ class WeightTest(SceneTest):
     def test_a_pull_takes_the_weights_as_they_are_when_it_begins(self):
         grab_region, api_pull = module("pull.region"), module("pull.hold")
         obj = posable()
-        grab = grab_region.Grab(np.array(MIDDLE, dtype=np.int32))
+        grab = grab_region.PulledPatch(np.array(MIDDLE, dtype=np.int32))
         depsgraph = bpy.context.evaluated_depsgraph_get()
         for weight in (1.0, 0.25):
             obj.vertex_groups["Feet"].add(BOTTOM, weight, "REPLACE")

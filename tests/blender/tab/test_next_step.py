@@ -32,7 +32,7 @@ class NextStepTest(SceneTest):
         self.assert_step("Press Pull and drag the mesh. A click on it pins a spot.")
         with mock.patch.object(self.next_step.tool, "is_on", return_value=True):
             self.assert_step("Drag the mesh to pull it. Click it to pin a spot.")
-            grab = module("pull.region").Grab
+            grab = module("pull.region").PulledPatch
             module("pull.pins").add(obj, [grab(np.array(BOTTOM, dtype=np.int32), 0.0)])
             self.assert_step("Drag the mesh to pull it. Click it to pin a spot.")
             module("pull.pins").add(obj, [grab(np.array(MIDDLE, dtype=np.int32), 1.0)])
@@ -57,7 +57,7 @@ class NextStepTest(SceneTest):
         obj.arap.use_follow = False
         self.assert_step("Tick Follow, then move a handle: the mesh follows.")
         pull_pins = module("pull.pins")
-        pull_pins.add(obj, [module("pull.region").Grab(np.array(MIDDLE, dtype=np.int32), 1.0)])
+        pull_pins.add(obj, [module("pull.region").PulledPatch(np.array(MIDDLE, dtype=np.int32), 1.0)])
         self.assert_step("Make Handles (Ctrl H) keeps what you pulled. Then tick Follow.")
 
     def test_a_pin_alone(self):
@@ -78,13 +78,13 @@ class NextStepTest(SceneTest):
 
     def test_while_posing(self):
         obj = self.active_mesh(is_ready=True)
-        posing = module("engine.act").PoseAct(mock.Mock())
-        module("core.sessions").claim(obj, posing)
-        self.addCleanup(module("core.sessions").release, obj.session_uid, posing)
+        posing = module("engine.interaction").Interaction(mock.Mock())
+        module("core.sessions").lock(obj, posing)
+        self.addCleanup(module("core.sessions").unlock, obj.session_uid, posing)
         self.assert_step("Move a handle (G, R, S). Enter keeps the pose, Esc cancels it.", "REC")
         posing._tracker._binding = mock.Mock()
         with (
-            mock.patch.object(type(posing), "phase", module("engine.act").Phase.BINDING),
+            mock.patch.object(type(posing), "phase", module("engine.interaction").Phase.BINDING),
             mock.patch.object(type(posing), "bind_fraction", 0.25),
         ):
             self.assertEqual(self.next_step.next_step(bpy.context).fraction, 0.25)

@@ -3,7 +3,7 @@
 
 from unittest import mock
 
-from support import FakeAct, SceneTest, bpy, linked_back, module
+from support import FakeLock, SceneTest, bpy, linked_back, module
 from tubes import BOTTOM, empty_at, mesh_object, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
@@ -13,8 +13,8 @@ class ClaimTest(SceneTest):
     def claim(self, name, act):
         sessions = module("core.sessions")
         obj = bpy.data.objects[name, None]
-        sessions.claim(obj, act)
-        self.addCleanup(sessions.release, obj.session_uid, act)
+        sessions.lock(obj, act)
+        self.addCleanup(sessions.unlock, obj.session_uid, act)
 
 
 class ManyHandlesTest(SceneTest):
@@ -22,15 +22,15 @@ class ManyHandlesTest(SceneTest):
         """Some sixty polls ask at each redraw, and a mesh may have thousands of handles."""
         obj = posable()
         head, other = obj.arap.handles[0].target, empty_at((0.0, 0.0, 4.0))
-        remembered = module("scene.remembered")
-        self.assertTrue(remembered.is_moved_by(obj, head))
-        known = next(iter(remembered._targets.values()))
+        ui_cache = module("scene.ui_cache")
+        self.assertTrue(ui_cache.is_moved_by(obj, head))
+        known = next(iter(ui_cache._targets.values()))
         known.clear()
-        self.assertFalse(remembered.is_moved_by(obj, head), "no second look")
+        self.assertFalse(ui_cache.is_moved_by(obj, head), "no second look")
         obj.arap.handles[0].target = other
-        self.assertEqual([remembered.is_moved_by(obj, each) for each in (head, other)], [False, True])
+        self.assertEqual([ui_cache.is_moved_by(obj, each) for each in (head, other)], [False, True])
         module("api").remove_control(obj, obj.arap.handles[0].name)
-        self.assertFalse(remembered.is_moved_by(obj, other))
+        self.assertFalse(ui_cache.is_moved_by(obj, other))
 
 
 class ErrorTest(SceneTest):
@@ -57,7 +57,7 @@ class ErrorTest(SceneTest):
         run = mock.Mock(_uid=obj.session_uid, _tracker=None)
         run.restore_handles.side_effect = MemoryError
         self.assertEqual(module("poses.blend_run").BlendRun.restore(run), text)
-        act = module("engine.act").PoseAct(mock.Mock())
+        act = module("engine.interaction").Interaction(mock.Mock())
         act.fail(MemoryError())
         self.assertEqual(act.end.message, f"Posing has ended and everything is as before: {text}")
 
@@ -84,19 +84,19 @@ class ReasonTest(ClaimTest):
             ("control_remove", "Add a pin or a handle first: nothing holds or moves the mesh yet"),
             ("reset_handles", "Add a handle first: nothing moves the mesh yet"),
             ("stiffness_remove", "Add stiffness first: the list is empty"),
-            ("select_unheld", "Add a pin or a handle first: nothing holds the mesh yet"),
+            ("select_free_parts", "Add a pin or a handle first: nothing holds the mesh yet"),
         ):
             self.assertIn(wanted, self.reason(name))
 
     def test_a_mesh_that_is_busy_is_left_alone(self):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
-        self.claim(obj.name, FakeAct("it is solved"))
+        self.claim(obj.name, FakeLock("it is solved"))
         followed = ("control_remove", "pin_add", "stiffness_add", "reset_handles", "poses_store")
-        for name in ("solve", "bake_animation", "edit_mesh", "select_unheld", *followed):
+        for name in ("solve", "bake_animation", "edit_mesh", "select_free_parts", *followed):
             self.assertIn("Wait for the mesh: it is solved", self.reason(name))
         self.doCleanups()
-        self.claim(obj.name, module("engine.act").PoseAct(None))
+        self.claim(obj.name, module("engine.interaction").Interaction(None))
         for name in followed:
             self.assertTrue(getattr(bpy.ops.arap, name).poll(), f"{name}: posing follows")
         self.assertIn("End the pose first: Enter keeps it, Esc cancels it", self.reason("solve"))
@@ -125,17 +125,17 @@ class ReasonTest(ClaimTest):
         obj, former = mesh_object(), mesh_object("Former")
         bpy.context.view_layer.objects.active = None
         obj.select_set(True)
-        self.claim("Former", FakeAct("it is solved"))
+        self.claim("Former", FakeLock("it is solved"))
         bpy.data.objects.remove(former)
-        self.assertEqual(module("ui.checks").find_posed_object(bpy.context), obj)
+        self.assertEqual(module("ui.checks").find_arap_object(bpy.context), obj)
 
     def test_a_handle_that_is_a_mesh_shows_its_own_panel_unless_the_other_is_posed(self):
         obj, mover = posable(), mesh_object("Mover")
         obj.arap.handles[0].target = mover
         bpy.context.view_layer.objects.active = mover
-        find = module("ui.checks").find_posed_object
+        find = module("ui.checks").find_arap_object
         self.assertEqual(find(bpy.context), mover)
-        self.claim(obj.name, FakeAct("it is posed"))
+        self.claim(obj.name, FakeLock("it is posed"))
         self.assertEqual(find(bpy.context), obj)
         self.api.add_pin(mover, BOTTOM)
         self.assertEqual(find(bpy.context), mover)
@@ -158,8 +158,8 @@ class LinkedTwinTest(ClaimTest):
 
     def test_what_is_remembered_of_one_is_not_told_of_the_other(self):
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        size, is_empty = module("scene.remembered").diagonal, module("scene.remembered").is_empty_group
-        seen = module("pull.seen_mesh").read
+        size, is_empty = module("scene.ui_cache").diagonal, module("scene.ui_cache").is_empty_group
+        seen = module("pull.evaluated_mesh").read
         for obj in (self.obj, self.linked):  # the first is remembered where the second is asked for
             size(obj, depsgraph), is_empty(obj, "Feet"), seen(obj, depsgraph)
         self.assertFalse(is_empty(self.obj, "Feet"))
@@ -168,17 +168,17 @@ class LinkedTwinTest(ClaimTest):
         self.obj.data.update_tag()
         self.obj.update_tag()
         bpy.context.view_layer.update()
-        known = module("scene.remembered")._sizes
+        known = module("scene.ui_cache")._sizes
         self.assertEqual((self.obj.session_uid in known, self.linked.session_uid in known), (False, True))
 
     def test_an_act_and_a_readout_are_of_the_local_one(self):
         self.api.solve(self.obj)
-        self.assertIsNotNone(module("core.sessions").readout(self.obj.session_uid))
-        self.assertIsNone(module("core.sessions").readout(self.linked.session_uid))
-        self.claim("Tube", FakeAct("it is solved"))
+        self.assertIsNotNone(module("core.sessions").stats(self.obj.session_uid))
+        self.assertIsNone(module("core.sessions").stats(self.linked.session_uid))
+        self.claim("Tube", FakeLock("it is solved"))
         common = module("ui.checks")
         self.assertEqual(common.why_busy(self.linked), "")
         self.assertEqual(common.why_busy(self.obj), "Wait for the mesh: it is solved")
         self.assertFalse(module("ui.panels").is_following(self.linked))
         bpy.context.view_layer.objects.active = None
-        self.assertEqual(common.find_posed_object(bpy.context), self.obj)
+        self.assertEqual(common.find_arap_object(bpy.context), self.obj)

@@ -94,9 +94,9 @@ def pose(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     """The head's handle is moved by G, within a posing act."""
     ui.select(bpy.data.objects["Head"])
     assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
-    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound")
+    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].stats is not None, "it is bound")
     act = ui.running[NAME]
-    loop = MainLoop(ui, lambda: act.readout.iterations)
+    loop = MainLoop(ui, lambda: act.stats.iterations)
     loop.watch_act(act, "_guarded")
     loop.watch_evaluation(act._scene)
     yield from ui.key("G")
@@ -119,8 +119,8 @@ def blend(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Milliseco
     yield
     ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, start="REST", pose="Moved")
     run = ui.running[NAME]
-    yield from ui.until(lambda: run.is_ready and run._tracker.readout is not None, "it is bound")
-    loop = MainLoop(ui, lambda: run._tracker.readout.iterations)
+    yield from ui.until(lambda: run.is_ready and run._tracker.stats is not None, "it is bound")
+    loop = MainLoop(ui, lambda: run._tracker.stats.iterations)
     loop.watch_step(run, "set_factor", "place handles")
     loop.watch_act(run, "set_factor", "tick")
     loop.watch_evaluation(run._tracker._scene)
@@ -139,9 +139,9 @@ def pull(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     yield
     for i in range(1, 5):
         yield from ui.move_mouse(start[0] + 5 * i, start[1])
-    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound")
+    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].stats is not None, "it is bound")
     run = ui.pull.runs[0]
-    loop = MainLoop(ui, lambda: run.act.readout.iterations)
+    loop = MainLoop(ui, lambda: run.interaction.stats.iterations)
     loop.watch_act(run, "move", "tick", "show_status")
     loop.watch_evaluation(run.scene)
     yield from loop.move(circle(ui.mouse), n_frames(creature))

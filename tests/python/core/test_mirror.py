@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from arap_deform.core.background import run
 from arap_deform.core.graph import face_edges
-from arap_deform.core.mirror import Mirror, Whole, are_same, used_mirrors
+from arap_deform.core.mirror import Mirror, MirroredMesh, are_same, used_mirrors
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.targets import HandleSpec, Segment
@@ -51,8 +51,8 @@ OPEN = open_tube(40, 24)
 WHOLE_MESH = SessionMesh(OPEN.positions, OPEN.corner_vertices, OPEN.face_sizes)
 
 
-def hold(vertices, weight=1.0, *, is_exact=False):
-    return HandleSpec("Hold", np.asarray(vertices, np.int32), np.full(len(vertices), weight), is_exact)
+def hold(vertices, weight=1.0, *, use_exact=False):
+    return HandleSpec("Hold", np.asarray(vertices, np.int32), np.full(len(vertices), weight), use_exact)
 
 
 def ring(mesh, z):
@@ -77,14 +77,14 @@ def test_a_half_is_posed_as_the_whole_with_mirrored_handles(stretch):
     opposite = flip(0) @ TURN @ flip(0)
     session, positions = posed(
         half,
-        [hold(ring(half, 0.0), is_exact=True), hold(spot(half, side)), hold(ring(half, 4.0))],
+        [hold(ring(half, 0.0), use_exact=True), hold(spot(half, side)), hold(ring(half, 4.0))],
         [np.eye(4), TURN, ALONG],
         mirrors(0),
         stretch,
     )
     _, expected = posed(
         WHOLE_MESH,
-        [hold(ring(WHOLE_MESH, 0.0), is_exact=True), hold(spot(WHOLE_MESH, side)), hold(spot(WHOLE_MESH, other)),
+        [hold(ring(WHOLE_MESH, 0.0), use_exact=True), hold(spot(WHOLE_MESH, side)), hold(spot(WHOLE_MESH, other)),
          hold(ring(WHOLE_MESH, 4.0))],
         [np.eye(4), TURN, opposite, ALONG],
         stretch=stretch,
@@ -100,7 +100,7 @@ def test_what_touches_the_plane_moves_along_it():
     half, _ = part_of(OPEN, [0])
     top = ring(half, 4.0)
     turn = motion(rotation_z(0.3), (0.4, 0.2, 0.1))
-    _, positions = posed(half, [hold(ring(half, 0.0), is_exact=True), hold(top)], [np.eye(4), turn], mirrors(0))
+    _, positions = posed(half, [hold(ring(half, 0.0), use_exact=True), hold(top)], [np.eye(4), turn], mirrors(0))
     moved = positions[top] - half.rest_positions[top]
     np.testing.assert_allclose(moved, np.tile([0.0, 0.2, 0.1], (len(top), 1)), atol=1e-5)  # the turn is undone, too
 
@@ -109,7 +109,7 @@ def test_a_scale_of_what_touches_the_plane_is_kept():
     half, _ = part_of(OPEN, [0])
     top = ring(half, 4.0)
     wide = motion(np.diag([2.0, 1.5, 1.0]))
-    _, positions = posed(half, [hold(ring(half, 0.0), is_exact=True), hold(top)], [np.eye(4), wide], mirrors(0))
+    _, positions = posed(half, [hold(ring(half, 0.0), use_exact=True), hold(top)], [np.eye(4), wide], mirrors(0))
     np.testing.assert_allclose(positions[top], half.rest_positions[top] * (2.0, 1.5, 1.0), atol=1e-5)
 
 
@@ -118,7 +118,7 @@ def test_a_quarter_is_posed_as_the_whole():
     side = np.array([0.5, 0.0, 2.0])  # on the plane of y
     _, positions = posed(
         quarter,
-        [hold(ring(quarter, 0.0), is_exact=True), hold(spot(quarter, side))],
+        [hold(ring(quarter, 0.0), use_exact=True), hold(spot(quarter, side))],
         [np.eye(4), UP],
         mirrors(0, 1),
     )
@@ -126,7 +126,7 @@ def test_a_quarter_is_posed_as_the_whole():
     _, expected = posed(
         WHOLE_MESH,
         [
-            hold(ring(WHOLE_MESH, 0.0), is_exact=True),
+            hold(ring(WHOLE_MESH, 0.0), use_exact=True),
             hold(spot(WHOLE_MESH, side)),
             hold(spot(WHOLE_MESH, -side * (1, 1, -1))),
         ],
@@ -138,7 +138,7 @@ def test_a_quarter_is_posed_as_the_whole():
 def test_soft_holds_keep_what_is_on_the_plane_on_it():
     half, _ = part_of(OPEN, [0])
     _, positions = posed(
-        half, [hold(ring(half, 0.0), is_exact=True), hold(ring(half, 4.0), 0.5)], [np.eye(4), UP], mirrors(0)
+        half, [hold(ring(half, 0.0), use_exact=True), hold(ring(half, 4.0), 0.5)], [np.eye(4), UP], mirrors(0)
     )
     np.testing.assert_allclose(positions[np.abs(half.rest_positions[:, 0]) < 1e-6, 0], 0.0, atol=1e-6)
 
@@ -155,10 +155,10 @@ def test_thin_parts_that_the_plane_cuts_are_seen_whole():
     whole_mesh = SessionMesh(flat.positions, flat.corner_vertices, flat.face_sizes)
     place = spot(half, np.array([0.05, 0.0, 2.0]), 0.1)
     press = motion(shift=(0.1, 0.0, 0.2))
-    _, positions = posed(half, [hold(ring(half, 0.0), is_exact=True), hold(place)], [np.eye(4), press], mirrors(0))
+    _, positions = posed(half, [hold(ring(half, 0.0), use_exact=True), hold(place)], [np.eye(4), press], mirrors(0))
     _, expected = posed(
         whole_mesh,
-        [hold(ring(whole_mesh, 0.0), is_exact=True), hold(used[place]), hold(image_of(flat, used[place]))],
+        [hold(ring(whole_mesh, 0.0), use_exact=True), hold(used[place]), hold(image_of(flat, used[place]))],
         [np.eye(4), press, flip(0) @ press @ flip(0)],
     )
     np.testing.assert_allclose(positions, expected[used], atol=1e-3 * TUBE.diagonal)
@@ -208,7 +208,7 @@ def test_the_whole_is_closed_and_what_is_near_the_plane_is_put_on_it():
     half, _ = part_of(OPEN, [0])
     is_on = np.abs(half.rest_positions[:, 0]) < 1e-6
     half.rest_positions[is_on, 0] = 4e-4
-    whole = Whole(half, mirrors(0), np.eye(3))
+    whole = MirroredMesh(half, mirrors(0), np.eye(3))
     assert len(whole.sources) == len(OPEN.positions)
     assert len(whole.mesh.corner_vertices) == len(OPEN.corner_vertices)
     np.testing.assert_array_equal(whole.mesh.rest_positions[: len(is_on)][is_on, 0], 0.0)
@@ -224,7 +224,7 @@ def test_a_face_in_the_plane_is_there_once():
         np.array([0, 1, 2, 3, 0, 1, 4], np.int32),
         np.array([4, 3], np.int32),
     )
-    whole = Whole(wall, mirrors(0), np.eye(3))
+    whole = MirroredMesh(wall, mirrors(0), np.eye(3))
     assert whole.mesh.face_sizes.tolist() == [4, 3, 3]
     assert whole.mesh.corner_vertices.tolist() == [0, 1, 2, 3, 0, 1, 4, 5, 1, 0]
 
@@ -234,7 +234,7 @@ def test_a_rigid_region_at_the_plane_is_one_body_with_its_image():
     regions = np.full(len(half.rest_positions), -1, np.int32)
     regions[ring(half, 2.0)] = 0
     regions[spot(half, np.array([0.5, 0.0, 3.0]))] = 1
-    whole = Whole(half, mirrors(0), np.eye(3))
+    whole = MirroredMesh(half, mirrors(0), np.eye(3))
     of_whole = whole.regions(regions)
     assert sorted(set(of_whole.tolist())) == [-1, 0, 1, 3]
     assert (of_whole == 0).sum() == len(ring(WHOLE_MESH, 2.0))
@@ -257,7 +257,7 @@ def test_a_part_at_rest_is_counted_without_its_image():
 
 def test_a_bone_on_one_side_has_an_image_and_one_on_the_plane_has_none():
     half, _ = part_of(OPEN, [0])
-    whole = Whole(half, mirrors(0), np.eye(4)[:3, :3])
+    whole = MirroredMesh(half, mirrors(0), np.eye(4)[:3, :3])
     nothing = np.empty(0, np.int32), np.empty(0)
     beside = HandleSpec("Beside", *nothing, segment=Segment(np.array([[0.2, 0.0, 1.0], [0.3, 0.0, 2.0]])))
     on_plane = HandleSpec("Middle", *nothing, segment=Segment(np.array([[0.0, 0.1, 1.0], [0.0, 0.0, 2.0]])))

@@ -31,13 +31,13 @@ def shift(x=0.0, y=0.0, z=0.0):
     return motion(shift=(x, y, z))
 
 
-def hold(vertices, weight=1.0, *, is_exact=False):
-    return HandleSpec("Hold", np.asarray(vertices, np.int32), np.full(len(vertices), weight), is_exact)
+def hold(vertices, weight=1.0, *, use_exact=False):
+    return HandleSpec("Hold", np.asarray(vertices, np.int32), np.full(len(vertices), weight), use_exact)
 
 
 def new_session(*handles, settings=SETTINGS, stretch=None, mesh=MESH):
     session = run(Session.bind(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings))
-    run(session.set_handles([hold(BOTTOM, is_exact=True), *handles]))
+    run(session.set_handles([hold(BOTTOM, use_exact=True), *handles]))
     return session
 
 
@@ -82,12 +82,12 @@ def test_an_exact_handle_pulls_a_spike_and_a_point_a_hill():
     ring = np.setdiff1d(around(POINT, 0.5 * RADIUS), POINT)
     move = shift(0.5)
 
-    def moved(is_exact):
+    def moved(use_exact):
         session = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS))
-        run(session.set_handles([hold(far, is_exact=True), hold(POINT, is_exact=is_exact)]))
+        run(session.set_handles([hold(far, use_exact=True), hold(POINT, use_exact=use_exact)]))
         return (pulled(session, move) - TUBE.positions)[:, 0]
 
-    spike, hill = moved(is_exact=True), moved(is_exact=False)
+    spike, hill = moved(use_exact=True), moved(use_exact=False)
     assert spike[POINT[0]] == pytest.approx(0.5, abs=1e-6)
     assert spike[ring].min() < 0.8 * spike[POINT[0]]
     assert hill[ring].min() > 0.9 * hill[POINT[0]]
@@ -98,7 +98,7 @@ def test_what_stays_exact():
     for handles, settings in (
         ((hold(region),), SETTINGS),
         ((hold(POINT, 0.9),), SETTINGS),
-        ((hold(POINT, is_exact=True),), SETTINGS),
+        ((hold(POINT, use_exact=True),), SETTINGS),
         ((hold(POINT),), dataclasses.replace(SETTINGS, energy="spokes_and_rims")),
         ((hold(POINT),), dataclasses.replace(SETTINGS, energy="spokes")),
         ((hold(POINT),), dataclasses.replace(SETTINGS, rigidity_radius=0.005)),  # below the edges: nothing to average
@@ -144,13 +144,13 @@ def test_pieces_beside_what_is_held_are_held_exactly():
 
 def test_a_patch_that_keeps_its_reach_leaves_out_what_others_hold():
     kept = dataclasses.replace(hold(POINT), reach=PATCH_REACH)
-    beside = hold(POINT + 1, is_exact=True)
+    beside = hold(POINT + 1, use_exact=True)
     alone = new_session(kept).patches[1][0]
     patch = new_session(kept, beside).patches[1][0]
     is_left = alone.vertices != POINT[0] + 1
     np.testing.assert_array_equal(patch.vertices, alone.vertices[is_left])
     np.testing.assert_allclose(patch.weights, alone.weights[is_left] / alone.weights[is_left].sum())
-    covered = hold(alone.vertices, is_exact=True)
+    covered = hold(alone.vertices, use_exact=True)
     assert dict(new_session(kept, covered).patches) == {}
 
 
@@ -172,7 +172,7 @@ def test_patches_end_before_another_handle_or_a_pin():
         np.testing.assert_allclose(held, patch.centre + np.array([x, 0.0, 0.0]), atol=1e-5)
     pinned = POINT + 2 * 48
     beside_pin = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS))
-    run(beside_pin.set_handles([hold(pinned, is_exact=True), hold(POINT)]))
+    run(beside_pin.set_handles([hold(pinned, use_exact=True), hold(POINT)]))
     assert pinned[0] not in beside_pin.patches[1][0].vertices
 
 
@@ -210,7 +210,7 @@ def test_a_point_on_a_rigid_piece_takes_it_along():
     regions = np.full(len(TUBE.positions), -1, np.int32)
     regions[rigid] = 0
     session = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS, rigid_regions=regions))
-    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)]))
+    run(session.set_handles([hold(BOTTOM, use_exact=True), hold(POINT)]))
     patch, move = session.patches[1][0], shift(0.3)
     positions = pulled(session, move)
     np.testing.assert_allclose(patch.weights @ positions[patch.vertices], patch.centre + move[:3, 3], atol=1e-5)
@@ -221,9 +221,9 @@ def test_a_point_on_a_rigid_piece_takes_it_along():
 def test_exact_is_part_of_the_constraints():
     session = new_session(hold(POINT))
     before = session.n_factorizations
-    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)]))
+    run(session.set_handles([hold(BOTTOM, use_exact=True), hold(POINT)]))
     assert session.n_factorizations == before
-    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT, is_exact=True)]))
+    run(session.set_handles([hold(BOTTOM, use_exact=True), hold(POINT, use_exact=True)]))
     assert session.n_factorizations == before + 1
     assert dict(session.patches) == {}
 
@@ -296,16 +296,16 @@ def test_a_weighted_fit_takes_the_average_to_the_average():
 
 
 def test_another_base_moves_the_target_without_a_factorization():
-    session = new_session(hold(TOP, is_exact=True), hold(POINT))
+    session = new_session(hold(TOP, use_exact=True), hold(POINT))
     n_factorizations = session.n_factorizations
     base = np.add(TUBE.positions, (0.0, 0.3, 0.0))
     based = dataclasses.replace(hold(POINT), base=base)
-    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), based]))
+    run(session.set_handles([hold(BOTTOM, use_exact=True), hold(TOP, use_exact=True), based]))
     assert session.n_factorizations == n_factorizations
     session.update(np.array([NO_MOTION] * 3), to_convergence=True)
     patch = session.patches[2][0]
     np.testing.assert_allclose(patch.centre, patch.weights @ base[patch.vertices], atol=1e-12)
     np.testing.assert_allclose(patch.weights @ session.positions[patch.vertices], patch.centre, atol=1e-5)
-    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), hold(POINT)]))
+    run(session.set_handles([hold(BOTTOM, use_exact=True), hold(TOP, use_exact=True), hold(POINT)]))
     session.update(np.array([NO_MOTION] * 3), to_convergence=True)
     np.testing.assert_allclose(session.positions, TUBE.positions, atol=1e-3)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from arap_deform.core.background import Background, Cancelled, run
 from arap_deform.core.session import Session
-from arap_deform.core.session_data import SessionMesh, SessionSettings, readout_of_whole
+from arap_deform.core.session_data import SessionMesh, SessionSettings, stats_of_whole
 from arap_deform.core.stiffness import StiffGroup, regions_of, stiffness_of
 from arap_deform.core.targets import HandleSpec, Segment
 from arap_deform.core.transforms import best_rigid_fit, stretch_of
@@ -99,18 +99,18 @@ def test_an_update_goes_on_from_the_last_one():
     settings = dataclasses.replace(EXACT, iterations_per_update=1)
     stepwise, at_once = new_session(settings=settings), new_session(settings=settings)
     matrices = np.array([NO_MOTION, BEND])
-    readouts = [stepwise.update(matrices) for _ in range(30)]
+    all_stats = [stepwise.update(matrices) for _ in range(30)]
     whole = at_once.update(matrices, iterations=30)
-    assert [readout.iterations for readout in readouts] == [1] * 30
+    assert [stats.iterations for stats in all_stats] == [1] * 30
     assert whole.iterations == 30
-    assert readouts[-1].energy == pytest.approx(whole.energy, rel=1e-9), "the search goes on from its end"
-    energies = [readout.energy for readout in readouts]
+    assert all_stats[-1].energy == pytest.approx(whole.energy, rel=1e-9), "the search goes on from its end"
+    energies = [stats.energy for stats in all_stats]
     assert all(later <= earlier * (1 + 1e-9) for earlier, later in pairwise(energies))
-    together = readout_of_whole(readouts)
+    together = stats_of_whole(all_stats)
     assert together.iterations == 30
-    assert together.energy_before == readouts[0].energy_before
-    assert together.energy == readouts[-1].energy
-    assert together.last_ms == pytest.approx(sum(readout.last_ms for readout in readouts))
+    assert together.energy_before == all_stats[0].energy_before
+    assert together.energy == all_stats[-1].energy
+    assert together.last_ms == pytest.approx(sum(stats.last_ms for stats in all_stats))
     for session in (stepwise, at_once):
         assert session.update(matrices, to_convergence=True).stop_reason == "converged"
     np.testing.assert_allclose(stepwise.positions, at_once.positions, atol=1e-5)
@@ -119,12 +119,12 @@ def test_an_update_goes_on_from_the_last_one():
 def test_convergence_stops_before_the_limit_and_the_limit_before_convergence():
     matrices = np.array([NO_MOTION, BEND])
     loose = new_session(settings=SessionSettings(accuracy=1e-2, max_iterations=500))
-    readout = loose.update(matrices, to_convergence=True)
-    assert readout.stop_reason == "converged"
-    assert readout.iterations < 500
+    stats = loose.update(matrices, to_convergence=True)
+    assert stats.stop_reason == "converged"
+    assert stats.iterations < 500
     short = new_session(settings=dataclasses.replace(EXACT, max_iterations=3))
-    readout = short.update(matrices, to_convergence=True)
-    assert (readout.stop_reason, readout.iterations) == ("max_iterations", 3)
+    stats = short.update(matrices, to_convergence=True)
+    assert (stats.stop_reason, stats.iterations) == ("max_iterations", 3)
 
 
 def test_a_time_limit_stops():
@@ -142,12 +142,12 @@ def test_less_accuracy_is_enough_if_asked_for():
 
 
 def test_readout_counts():
-    readout = new_session(specs=[group(BOTTOM), group(TOP, 0.5)]).update(np.array([NO_MOTION, NO_MOTION]))
-    assert readout.vertices == len(TUBE.positions)
-    assert readout.free_vertices == len(TUBE.positions) - len(BOTTOM) - len(TOP)
-    assert readout.parts_at_rest == 0
-    assert readout.loose_vertices == 0
-    assert min(readout.last_ms, readout.bind_ms, readout.factor_ms) > 0.0
+    stats = new_session(specs=[group(BOTTOM), group(TOP, 0.5)]).update(np.array([NO_MOTION, NO_MOTION]))
+    assert stats.vertices == len(TUBE.positions)
+    assert stats.free_vertices == len(TUBE.positions) - len(BOTTOM) - len(TOP)
+    assert stats.parts_at_rest == 0
+    assert stats.loose_vertices == 0
+    assert min(stats.last_ms, stats.bind_ms, stats.factor_ms) > 0.0
 
 
 def test_cancelled_solve_changes_nothing():
@@ -201,9 +201,9 @@ def test_in_the_background_it_solves_as_at_once():
     options = {"initial_guess": "handle_rotations", "to_convergence": True}
     matrices = np.array([NO_MOTION, BEND])
     session, other = new_session(STRETCH), new_session(STRETCH)
-    readout, expected = run(session.updating(matrices, **options)), other.update(matrices, **options)
+    stats, expected = run(session.updating(matrices, **options)), other.update(matrices, **options)
     assert np.array_equal(session.positions, other.positions)
-    assert (readout.iterations, readout.energy) == (expected.iterations, expected.energy)
+    assert (stats.iterations, stats.energy) == (expected.iterations, expected.energy)
 
 
 def test_reset_and_set_positions():
@@ -215,8 +215,8 @@ def test_reset_and_set_positions():
     np.testing.assert_allclose(session.positions, TUBE.positions, atol=1e-6)
     session.set_positions(posed)
     assert np.array_equal(session.positions, posed)
-    readout = session.update(matrices, iterations=1)
-    assert readout.step < 1e-5  # it goes on from there: nothing is left to do
+    stats = session.update(matrices, iterations=1)
+    assert stats.step < 1e-5  # it goes on from there: nothing is left to do
 
 
 def test_a_pose_out_of_the_range_of_single_precision_leaves_the_last_one():
@@ -235,7 +235,7 @@ def test_a_pose_out_of_the_range_of_single_precision_leaves_the_last_one():
 def test_rigid_regions_and_stiffness_reach_the_solver():
     middle = np.abs(TUBE.positions[:, 2] - 2.0) < 0.8
     weights = {"Middle": middle.astype(float)}
-    regions = regions_of([StiffGroup("Middle", is_rigid=True)], weights, MESH)
+    regions = regions_of([StiffGroup("Middle", use_rigid=True)], weights, MESH)
     session = new_session(rigid_regions=regions)
     session.update(np.array([NO_MOTION, BEND]), initial_guess="rest", to_convergence=True)
     rest, shown = TUBE.positions[middle], session.positions[middle].astype(float)
@@ -308,8 +308,8 @@ def test_bones_move_a_solid_without_vertices():
     specs = [bone(0.1, 2.0), bone(2.0, 3.9, "Upper"), bone(8.0, 9.0, "Far")]
     session = run(Session.bind(arap_native, MESH, np.eye(3), SessionSettings(model="solid")))
     run(session.set_handles(specs))
-    readout = session.update(np.array([NO_MOTION, BEND, NO_MOTION]), to_convergence=True)
-    assert (readout.outside, readout.parts_at_rest) == (("Far",), 0)
+    stats = session.update(np.array([NO_MOTION, BEND, NO_MOTION]), to_convergence=True)
+    assert (stats.outside, stats.parts_at_rest) == (("Far",), 0)
     np.testing.assert_allclose(session.positions[TOP], apply(BEND, TUBE.positions[TOP]), atol=0.05)
     np.testing.assert_allclose(session.positions[BOTTOM], TUBE.positions[BOTTOM], atol=0.05)
     n = session.n_factorizations

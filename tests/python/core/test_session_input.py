@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arap_deform.core import session_input
 from arap_deform.core.session_data import SessionMesh, SessionSettings
-from arap_deform.core.session_input import GroupHold, MeshSignature, SessionInput
+from arap_deform.core.session_input import MeshSignature, SessionInput, VertexConstraint
 from arap_deform.core.stiffness import StiffGroup
 from arap_deform.core.targets import HandleSpec
 from sample_meshes import tube
@@ -25,7 +25,7 @@ def inputs(mesh=MESH, counts=COUNTS, stretch=None, stiffness=None, regions=None,
         stretch=np.eye(3) if stretch is None else stretch,
         settings=settings or SessionSettings(),
         specs=(HandleSpec("Feet", np.array([0], np.int32), np.ones(1)),),
-        holds=(GroupHold("Feet"),),
+        constraints=(VertexConstraint("Feet"),),
         signature=MeshSignature.of(mesh, (stiffness, regions)),
         stiffness=stiffness,
         rigid_regions=regions,
@@ -76,7 +76,7 @@ def test_what_needs_none():
 SCENE_CHANGES = [
     ({"key_name": "Bent"}, "The pose of 'Creature' has another shape key now"),
     ({"counts": (97, 184, 368, 91)}, MESH_CHANGED),
-    ({"holds": (GroupHold("Feet", is_exact=False),)}, "The pins or handles of 'Creature' have changed"),
+    ({"constraints": (VertexConstraint("Feet", use_exact=False),)}, "The pins or handles of 'Creature' have changed"),
     ({"settings": SessionSettings(rigidity_radius=0.05)}, BIND_CHANGED),
     ({"stiff_groups": (StiffGroup("Armor"),)}, "The stiffness of 'Creature' has changed"),
     ({"stretch": np.diag([1.0, 1.0, 1.1])}, "The scale of 'Creature' has changed"),

@@ -22,11 +22,11 @@ def test_registry_forgets_what_is_gone():
     there, gone, unbound = 1, 2, 3
     for uid in (there, gone):
         sessions.put(uid, sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0))))
-        sessions.set_readout(uid, "readout")
-    sessions.set_readout(unbound, "readout")
+        sessions.set_stats(uid, "stats")
+    sessions.set_stats(unbound, "stats")
     sessions.forget({gone, unbound})
     assert [sessions.get(uid) is None for uid in (there, gone)] == [False, True]
-    assert [sessions.readout(uid) for uid in (there, gone, unbound)] == ["readout", None, None]
+    assert [sessions.stats(uid) for uid in (there, gone, unbound)] == ["stats", None, None]
 
 
 def test_idle_sessions_go_when_there_is_too_much_of_them():
@@ -47,14 +47,14 @@ def test_idle_sessions_go_when_there_is_too_much_of_them():
     assert there() == "AC", "B was put before A"
     sessions.hold(ord("C"), "Follow")
     act = SimpleNamespace(doing="it is posed")
-    sessions.claim(SimpleNamespace(session_uid=ord("D"), name="D"), act)
+    sessions.lock(SimpleNamespace(session_uid=ord("D"), name="D"), act)
     put("D", 5.0)
     put("E", 9.0)
     assert there() == "CDE", "one that is held, one of an act, and the last one"
     sessions.drop_idle(ord("C"))
     assert there() == "CDE"
-    sessions.let_go(ord("C"), "Follow")
-    sessions.release(ord("D"), act)
+    sessions.release(ord("C"), "Follow")
+    sessions.unlock(ord("D"), act)
     put("F", 9.0)
     assert there() == "F"
     sessions.drop_idle(ord("F"))
@@ -65,14 +65,14 @@ def test_registry_forgets_sessions_but_keeps_readouts_until_a_file_load():
     sessions.clear()
     bound = sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0)))
     sessions.put(1, bound)
-    sessions.set_readout(1, "readout")
+    sessions.set_stats(1, "stats")
     assert sessions.get(1) is bound
     sessions.drop(1)
     sessions.drop(2)
     assert sessions.get(1) is None
-    assert sessions.readout(1) == "readout"
+    assert sessions.stats(1) == "stats"
     sessions.clear()
-    assert sessions.readout(1) is None
+    assert sessions.stats(1) is None
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only the C library of Linux keeps freed memory")

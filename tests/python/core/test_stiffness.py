@@ -13,7 +13,7 @@ Z = TUBE.positions[:, 2]
 
 
 def rigid(name, **options):
-    return StiffGroup(name, is_rigid=True, **options)
+    return StiffGroup(name, use_rigid=True, **options)
 
 
 def test_each_step_of_weight_multiplies():
@@ -48,7 +48,7 @@ def test_regions_are_the_connected_pieces_of_weights_from_one_half_on():
 
 def test_one_body_takes_pieces_that_are_not_joined():
     weights = {"Ends": ((Z < 1.0) | (Z > 3.0)).astype(float)}
-    regions = regions_of([rigid("Ends", is_one_body=True)], weights, MESH)
+    regions = regions_of([rigid("Ends", use_single_body=True)], weights, MESH)
     assert len(set(regions[weights["Ends"] > 0.0])) == 1
     assert regions[0] >= 0
     assert set(regions[weights["Ends"] == 0.0]) == {-1}
@@ -58,15 +58,15 @@ def test_one_body_takes_pieces_that_are_not_joined():
 def test_entries_side_by_side_are_two_bodies_and_one_if_they_overlap(upper_from, n_bodies):
     weights = {"Lower": (Z < 2.1).astype(float), "Upper": (upper_from < Z).astype(float)}
     regions = regions_of([rigid("Lower"), rigid("Upper")], weights, MESH)
-    is_rigid = np.maximum(*weights.values()) > 0.0
-    assert (regions[is_rigid] >= 0).all()
-    assert len(set(regions[is_rigid])) == n_bodies
+    use_rigid = np.maximum(*weights.values()) > 0.0
+    assert (regions[use_rigid] >= 0).all()
+    assert len(set(regions[use_rigid])) == n_bodies
 
 
 def test_an_entry_without_weights_is_no_body():
     weights = {"None": np.zeros(len(Z)), "Lower": (Z < 2.0).astype(float)}
-    for is_one_body in (False, True):
-        regions = regions_of([rigid("None", is_one_body=is_one_body), rigid("Lower")], weights, MESH)
+    for use_single_body in (False, True):
+        regions = regions_of([rigid("None", use_single_body=use_single_body), rigid("Lower")], weights, MESH)
         assert len(set(regions[Z < 2.0])) == 1
         assert regions[0] >= 0
         assert set(regions[Z >= 2.0]) == {-1}

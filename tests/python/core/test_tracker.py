@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from arap_deform.core.session_data import Readout
+from arap_deform.core.session_data import SolveStats
 from arap_deform.core.tracker import LEAST_TIME_LIMIT_S, HandleTracker
 from fake_engine import FakeEngineScene
 
@@ -27,7 +27,7 @@ class SlowScene(FakeEngineScene):
         self.now += 5.0  # Blender evaluates the scene
         return super().matrices()
 
-    def solved(self, call: str) -> Readout:
+    def solved(self, call: str) -> SolveStats:
         self.now += 0.003 + self.besides_s
         return replace(super().solved(call), last_ms=3.0)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from arap_deform.core.tracker import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
-from arap_deform.engine.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
+from arap_deform.engine.interaction import KEEP_TIME_LIMIT_S, End, Ending, Interaction, Phase, restored, status_text
 from fake_engine import FakeBind, FakeEngineScene, evaluate_with_matrices
 
 
@@ -28,14 +28,14 @@ class FakeScene(FakeEngineScene):
         return super().begin_bind()
 
 
-def begin(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
+def begin(**scene_options: Any) -> tuple[FakeScene, Interaction]:
     scene = FakeScene(**scene_options)
-    act = PoseAct(scene)
+    act = Interaction(scene)
     act.begin()
     return scene, act
 
 
-def begun(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
+def begun(**scene_options: Any) -> tuple[FakeScene, Interaction]:
     """An act that has followed once."""
     scene, act = begin(**scene_options)
     act.tick()
@@ -43,7 +43,7 @@ def begun(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
     return scene, act
 
 
-def binding_again() -> tuple[FakeScene, PoseAct]:
+def binding_again() -> tuple[FakeScene, Interaction]:
     """An act that has followed once and then binds, because groups have changed."""
     scene, act = begun()
     scene.is_fit = False
@@ -52,13 +52,13 @@ def binding_again() -> tuple[FakeScene, PoseAct]:
     return scene, act
 
 
-def bind_and_follow(scene: FakeScene, act: PoseAct) -> None:
+def bind_and_follow(scene: FakeScene, act: Interaction) -> None:
     scene.binds[0].is_done = True
     act.tick()
     act.tick()
 
 
-def how(act: PoseAct) -> Ending | None:
+def how(act: Interaction) -> Ending | None:
     """How the act has ended, None if it has not."""
     return act.end.how if act.end is not None else None
 

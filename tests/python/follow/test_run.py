@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
-from arap_deform.core.session_data import Readout
+from arap_deform.core.session_data import SolveStats
 from arap_deform.core.tracker import FOLLOW_TIME_LIMIT_S
 from arap_deform.follow.run import HEAVY_STEP_S, FollowRun, NotNow, When
 from fake_engine import FakeBind, FakeEngineScene, evaluate_with_matrices
@@ -45,7 +45,7 @@ class FakeScene(FakeEngineScene):
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
 
-    def solved(self, call: str) -> Readout:
+    def solved(self, call: str) -> SolveStats:
         done = super().solved(call)
         self.now += self.step_s
         return replace(done, last_ms=1e3 * self.step_s)

@@ -84,7 +84,7 @@ def test_in_a_bend_it_keeps_its_shape_and_its_place_in_the_surface(stretch):
 def test_the_others_are_posed_as_without_it():
     with_it, without = (
         bound(TUBE, EYE, FAR),
-        bound(TUBE, EYE, FAR, settings=dataclasses.replace(SETTINGS, loose_follow=False)),
+        bound(TUBE, EYE, FAR, settings=dataclasses.replace(SETTINGS, use_loose_parts=False)),
     )
     at_rest = [solve(session, np.eye(4), TURN).parts_at_rest for session in (with_it, without)]
     assert at_rest == [1, 2]
@@ -147,7 +147,7 @@ def test_what_is_very_far_away_changes_nothing():
     for each in (session, without):
         solve(each, TURN, TURN)
     np.testing.assert_allclose(session.positions[of_eye], transformed(TURN, EYE.positions), atol=0.2)
-    assert len(session._loose._riders.vertices) == len(EYE.positions)
+    assert len(session._loose._binding.vertices) == len(EYE.positions)
     np.testing.assert_allclose(session.positions[of_stray], stray.positions, rtol=1e-6)
 
 
@@ -172,8 +172,8 @@ def test_thousands_of_pieces_each_go_with_their_own_place():
     sides = [np.flatnonzero(cloth.positions[:, 0] == x) for x in (-1.0, 1.0)]
     settings = dataclasses.replace(SETTINGS, accuracy=1e-5)
     session = bound(cloth, *beads, specs=[hold(side) for side in sides], settings=settings)
-    readout = solve(session, np.eye(4), motion(shift=(-0.6, 0.0, 0.4)))
-    assert readout.parts_at_rest == 0
+    stats = solve(session, np.eye(4), motion(shift=(-0.6, 0.0, 0.4)))
+    assert stats.parts_at_rest == 0
     shown = session.positions[len(cloth.positions) :].reshape(3000, -1, 3).astype(float)
     rest = joined(*beads).positions.reshape(3000, -1, 3)
     lengths = [np.linalg.norm(points[:, 1:] - points[:, :1], axis=2) for points in (rest, shown)]

@@ -6,7 +6,7 @@ import pytest
 import sample_meshes
 from arap_deform.core.graph import face_edges
 from arap_deform.pull import coarse
-from arap_deform.pull.coarse import Fine
+from arap_deform.pull.coarse import RestMesh
 
 SHEET = sample_meshes.sheet(121)
 
@@ -14,7 +14,7 @@ SHEET = sample_meshes.sheet(121)
 def fine_of(points, copies=1):
     edges = np.stack(face_edges(SHEET.corner_vertices, SHEET.face_sizes), axis=1)
     shift = len(SHEET.positions) * np.arange(copies)
-    return Fine(
+    return RestMesh(
         points,
         (edges + shift[:, None, None]).reshape(-1, 2),
         (SHEET.corner_vertices + shift[:, None]).ravel().astype(np.int32),
@@ -59,5 +59,5 @@ def test_points_do_not_reach_across_a_gap():
 def test_a_small_mesh_stays_as_it_is():
     small = sample_meshes.tube()
     edges = np.stack(face_edges(small.corner_vertices, small.face_sizes), axis=1)
-    fine = Fine(small.positions, edges, small.corner_vertices, small.face_sizes)
+    fine = RestMesh(small.positions, edges, small.corner_vertices, small.face_sizes)
     np.testing.assert_array_equal(fine.coarse.points, small.positions)

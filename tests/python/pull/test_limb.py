@@ -6,7 +6,7 @@ import functools
 import numpy as np
 import pytest
 from arap_deform.core.graph import face_edges
-from arap_deform.pull.coarse import Fine
+from arap_deform.pull.coarse import RestMesh
 from arap_deform.pull.limb import bone_length, border_of, limb_of, root_of
 from arap_deform.pull.region import connected_within
 from scenes.creature import creature
@@ -20,7 +20,7 @@ PLACES = {"tail": (0.0, 0.8, 1.55), "ear": (0.5, -0.6, 1.75), "paw": (0.2, -0.35
 def cub(n=12_418):
     mesh = creature(n)
     sizes = np.full(len(mesh.quads), 4, dtype=np.int32)
-    return Fine(mesh.positions, edges_of(mesh.quads)[0], mesh.quads.ravel(), sizes)
+    return RestMesh(mesh.positions, edges_of(mesh.quads)[0], mesh.quads.ravel(), sizes)
 
 
 def grip(fine, place, radius=WIDE):
@@ -88,7 +88,7 @@ def test_a_skull_and_a_nose_are_no_limbs():
     edges = np.stack(face_edges(corners.ravel(), sizes), axis=1)
     for nose in (1.0, 1.3):
         shape = points * (1.0 + (nose - 1.0) * np.clip(points[:, :1] - 0.7, 0.0, None) / 0.3)
-        fine = Fine(shape, edges, corners.ravel(), sizes)
+        fine = RestMesh(shape, edges, corners.ravel(), sizes)
         assert root_of(fine.coarse, grip(fine, (nose, 0.0, 0.0), 0.2), 0.2) == 0.0
 
 
@@ -106,7 +106,7 @@ def test_a_limb_is_as_long_as_its_middle():
 def test_another_piece_of_the_mesh_stays():
     fine = cub()
     n = len(fine.points)
-    both = Fine(
+    both = RestMesh(
         np.concatenate([fine.points, fine.points + 0.01]),
         np.concatenate([fine.edges, fine.edges + n]),
         np.concatenate([fine.corner_vertices, fine.corner_vertices + n]),
@@ -118,5 +118,5 @@ def test_another_piece_of_the_mesh_stays():
 
 def test_a_mesh_without_faces_has_no_limb():
     none = np.zeros(0, dtype=np.int32)
-    fine = Fine(np.eye(3), np.array([[0, 1], [1, 2]]), none, none)
+    fine = RestMesh(np.eye(3), np.array([[0, 1], [1, 2]]), none, none)
     assert root_of(fine.coarse, np.array([0]), 0.1) == 0.0

@@ -8,10 +8,10 @@ from arap_deform.core.graph import face_edges
 from arap_deform.core.session_data import SessionMesh
 from arap_deform.core.transforms import rotation
 from arap_deform.pull import region
-from arap_deform.pull.coarse import Fine
+from arap_deform.pull.coarse import RestMesh
 from arap_deform.pull.region import (
     ITSELF,
-    Grab,
+    PulledPatch,
     connected_within,
     hold_of_rest,
     mirror_images,
@@ -25,7 +25,7 @@ N = 21
 GRID = sample_meshes.sheet(N)
 POINTS = GRID.positions
 EDGES = np.stack(face_edges(GRID.corner_vertices, GRID.face_sizes), axis=1)
-FINE = Fine(POINTS, EDGES, GRID.corner_vertices, GRID.face_sizes)
+FINE = RestMesh(POINTS, EDGES, GRID.corner_vertices, GRID.face_sizes)
 MIDDLE = N * N // 2
 
 
@@ -78,8 +78,8 @@ def test_the_mesh_of_the_last_drag_is_kept_while_nothing_of_it_changes():
 
 
 def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
-    grab = Grab(disc(0.0, 0.0, 0.21), reach=0.5)  # 0.2 would be on the edge of rounding
-    hold = hold_of_rest(FINE, [grab], loose_follow=True)
+    grab = PulledPatch(disc(0.0, 0.0, 0.21), reach=0.5)  # 0.2 would be on the edge of rounding
+    hold = hold_of_rest(FINE, [grab], use_loose_parts=True)
     weights = np.zeros(len(POINTS))
     weights[hold.vertices] = hold.weights
     distance = np.linalg.norm(POINTS, axis=1)
@@ -89,13 +89,13 @@ def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
     assert ((ring > 0.0) & (ring < 1.0)).all()
     order = np.argsort(distance)[: np.count_nonzero(distance < 0.65)]
     assert (np.diff(weights[order]) >= -1e-12).all(), "the farther the firmer"
-    assert hold.is_exact
+    assert hold.use_exact
 
 
 def test_two_grabs_free_what_either_frees():
-    grabs = [Grab(disc(-0.5, 0.0, 0.1), 0.3), Grab(disc(0.5, 0.0, 0.1), 0.3)]
-    held = [set(hold_of_rest(FINE, [grab], loose_follow=True).vertices.tolist()) for grab in grabs]
-    assert set(hold_of_rest(FINE, grabs, loose_follow=True).vertices.tolist()) == held[0] & held[1]
+    grabs = [PulledPatch(disc(-0.5, 0.0, 0.1), 0.3), PulledPatch(disc(0.5, 0.0, 0.1), 0.3)]
+    held = [set(hold_of_rest(FINE, [grab], use_loose_parts=True).vertices.tolist()) for grab in grabs]
+    assert set(hold_of_rest(FINE, grabs, use_loose_parts=True).vertices.tolist()) == held[0] & held[1]
 
 
 def test_loose_pieces_that_follow_the_pulled_one_are_not_held():
@@ -104,23 +104,23 @@ def test_loose_pieces_that_follow_the_pulled_one_are_not_held():
         GRID, sample_meshes.ball((0.1, 0.0, 0.05), 0.1), sample_meshes.ball((0.0, 0.0, 1.0), 0.1)
     )
     edges = np.stack(face_edges(mesh.corner_vertices, mesh.face_sizes), axis=1)
-    fine = Fine(mesh.positions, edges, mesh.corner_vertices, mesh.face_sizes)
+    fine = RestMesh(mesh.positions, edges, mesh.corner_vertices, mesh.face_sizes)
     n, n_ball = len(POINTS), (len(mesh.positions) - len(POINTS)) // 2
     on_sheet, far = range(n, n + n_ball), range(n + n_ball, n + 2 * n_ball)
-    of_sheet, of_ball = Grab(disc(0.0, 0.0, 0.21), 0.5), Grab(np.array([n + 3], dtype=np.int32), 0.3)
-    for grab, loose_follow, held in ((of_sheet, True, {*far}), (of_sheet, False, {*on_sheet, *far}),
+    of_sheet, of_ball = PulledPatch(disc(0.0, 0.0, 0.21), 0.5), PulledPatch(np.array([n + 3], dtype=np.int32), 0.3)
+    for grab, use_loose_parts, held in ((of_sheet, True, {*far}), (of_sheet, False, {*on_sheet, *far}),
                                      (of_ball, True, {*range(n), *far})):  # fmt: skip
-        hold = hold_of_rest(fine, [grab], loose_follow=loose_follow)
+        hold = hold_of_rest(fine, [grab], use_loose_parts=use_loose_parts)
         of_others = {*range(n, n + 2 * n_ball)} if grab is of_sheet else {*range(n), *far}
         assert set(hold.vertices.tolist()) & of_others == held
 
 
 def test_what_is_on_no_limb_keeps_its_reach():
     """The middle of a sheet."""
-    (grab,) = with_root(FINE, [Grab(disc(0.0, 0.0, 0.21), 0.5, root=None)])
+    (grab,) = with_root(FINE, [PulledPatch(disc(0.0, 0.0, 0.21), 0.5, root=None)])
     assert grab.root == 0.0
-    known = hold_of_rest(FINE, [Grab(grab.vertices, 0.5)], loose_follow=True)
-    np.testing.assert_array_equal(hold_of_rest(FINE, [grab], loose_follow=True).weights, known.weights)
+    known = hold_of_rest(FINE, [PulledPatch(grab.vertices, 0.5)], use_loose_parts=True)
+    np.testing.assert_array_equal(hold_of_rest(FINE, [grab], use_loose_parts=True).weights, known.weights)
 
 
 @pytest.mark.parametrize(("axes", "n"), [((True, False, False), 1), ((True, False, True), 3), ((True, True, True), 7)])
@@ -161,12 +161,12 @@ def test_of_surfaces_that_touch_the_image_is_on_the_one_that_was_grabbed(side):
 def test_a_mesh_without_mirror_images_is_refused():
     lopsided = POINTS * np.where(POINTS[:, :1] > 0.0, 1.07, 1.0)
     with pytest.raises(ValueError, match=r"^is not symmetric here: turn off Mirror X$"):
-        symmetric_grabs(lopsided, EDGES, Grab(disc(0.5, 0.3, 0.2), 1.0), (True, False, False))
+        symmetric_grabs(lopsided, EDGES, PulledPatch(disc(0.5, 0.3, 0.2), 1.0), (True, False, False))
 
 
 def test_an_image_moves_as_the_mirror_image_does():
     vertices = disc(0.5, 0.3, 0.2)
-    grabs = symmetric_grabs(POINTS, EDGES, Grab(vertices, 1.0), (True, False, False))
+    grabs = symmetric_grabs(POINTS, EDGES, PulledPatch(vertices, 1.0), (True, False, False))
     assert [len(grab.vertices) for grab in grabs] == [len(vertices)] * 2
     wanted = motion(rotation_z(0.4), (0.1, 0.2, 0.3))
     own, image = (grab.motion(wanted, POINTS[vertices].mean(axis=0), np.eye(3)) for grab in grabs)
@@ -179,7 +179,7 @@ def test_an_image_moves_as_the_mirror_image_does():
 @pytest.mark.parametrize("stretch", [np.eye(3), np.diag([2.0, 1.0, 0.5])])
 def test_what_lies_on_the_plane_stays_on_it(stretch):
     vertices = disc(0.1, 0.3, 0.25)
-    (grab,) = symmetric_grabs(POINTS, EDGES, Grab(vertices, 1.0), (True, False, False))
+    (grab,) = symmetric_grabs(POINTS, EDGES, PulledPatch(vertices, 1.0), (True, False, False))
     assert set(vertices.tolist()) < set(grab.vertices.tolist())
     centre = POINTS[grab.vertices].mean(axis=0)
     unstretch = np.linalg.inv(stretch)
@@ -192,6 +192,6 @@ def test_what_lies_on_the_plane_stays_on_it(stretch):
 
 
 def test_on_one_plane_of_two_there_is_one_image_more():
-    grabs = symmetric_grabs(POINTS, EDGES, Grab(disc(0.0, 0.5, 0.2), 1.0), (True, True, False))
+    grabs = symmetric_grabs(POINTS, EDGES, PulledPatch(disc(0.0, 0.5, 0.2), 1.0), (True, True, False))
     assert len(grabs) == 2
     assert (POINTS[grabs[1].vertices][:, 1] < 0.0).all()

@@ -32,30 +32,30 @@ LEAST_FOLLOWED = 16  # that each piece may follow, however many pieces there are
 QUERIES_AT_ONCE = 4_000  # samples; bounds memory
 
 
-class Near(NamedTuple):
+class Neighbours(NamedTuple):
     """Pairs of a piece and what is near it: (k,) numbers of the pieces, of the others, and their distances."""
 
     pieces: NDArray[np.int64]
     others: NDArray[np.int64]
     distances: Floats
 
-    def chosen(self, which: NDArray[np.generic]) -> Near:
-        return Near(*(column[which] for column in self))
+    def chosen(self, which: NDArray[np.generic]) -> Neighbours:
+        return Neighbours(*(column[which] for column in self))
 
-    def nearest(self) -> Near:
+    def nearest(self) -> Neighbours:
         """The nearest of each piece, and of these the first."""
         nearest_first = self.chosen(np.lexsort((self.others, self.distances, self.pieces)))
         return nearest_first.chosen(np.unique(nearest_first.pieces, return_index=True)[1])
 
-    def each_once(self) -> Near:
+    def each_once(self) -> Neighbours:
         """Each pair once, with its least distance."""
         pairs = self.pieces * (int(self.others.max(initial=0)) + 1) + self.others
         order = np.argsort(pairs, kind="stable")
         starts = np.flatnonzero(np.diff(pairs[order], prepend=-1))
         least = np.minimum.reduceat(self.distances[order], starts) if len(starts) else np.empty(0)
-        return Near(self.pieces[order[starts]], self.others[order[starts]], least)
+        return Neighbours(self.pieces[order[starts]], self.others[order[starts]], least)
 
-    def at_most(self, n: int) -> Near:
+    def at_most(self, n: int) -> Neighbours:
         """No more than that of each piece: near ones and far ones alike."""
         ordered = self.chosen(np.lexsort((self.distances, self.pieces)))
         _, first, counts = np.unique(ordered.pieces, return_index=True, return_counts=True)
@@ -66,7 +66,7 @@ class Near(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Found:
+class LooseParents:
     """What follows what.
 
     Attributes:
@@ -82,7 +82,7 @@ class Found:
 
 def search(
     pieces: Pieces, triangles: NDArray[np.integer], is_held: NDArray[np.bool_], planes: NDArray[np.int64]
-) -> Found | None:
+) -> LooseParents | None:
     """None if no loose piece is near anything.
 
     Args:
@@ -119,15 +119,15 @@ def search(
     n_leaders = len(np.unique(anchors.pieces))
     anchors = anchors.at_most(max(LEAST_FOLLOWED, MOST_FOLLOWED // max(n_leaders, 1)))
     weights = (1.0 - anchors.distances / reach[anchors.pieces]) ** 2
-    return Found(leader, anchors.pieces, held.chosen(anchors.others), weights)
+    return LooseParents(leader, anchors.pieces, held.chosen(anchors.others), weights)
 
 
-def _followed(free: Samples, held: Samples, pieces: Pieces, reach: Floats) -> Near:
+def _followed(free: Samples, held: Samples, pieces: Pieces, reach: Floats) -> Neighbours:
     """What samples of held pieces each loose piece could follow."""
     return _joined(_to_large(near, held, pieces) for near in _near(free, held, reach, FINE))
 
 
-def _held_size(anchors: Near, held: Samples, pieces: Pieces) -> Floats:
+def _held_size(anchors: Neighbours, held: Samples, pieces: Pieces) -> Floats:
     """(p,) size of the largest held piece that each loose one could follow; -1 for none."""
     result = np.full(len(pieces.size), -1.0)
     sizes = pieces.size[held.pieces[anchors.others]]
@@ -136,14 +136,14 @@ def _held_size(anchors: Near, held: Samples, pieces: Pieces) -> Floats:
     return result
 
 
-def _near(free: Samples, others: Samples, reach: Floats, spacing: float) -> Iterator[Near]:
+def _near(free: Samples, others: Samples, reach: Floats, spacing: float) -> Iterator[Neighbours]:
     """What samples are nearer to loose pieces than they reach: pieces, rows of ``others``, distances, each pair once.
 
     ``spacing``: of ``others``, in reaches.
 
     Pieces of about the same reach are looked at together, so that a surface has few samples within it.
     """
-    yield Near(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
+    yield Neighbours(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
     if not len(others.pieces):
         return
     octave = np.floor(np.log2(reach)).astype(np.int64)
@@ -158,7 +158,7 @@ def _near(free: Samples, others: Samples, reach: Floats, spacing: float) -> Iter
         for chunk in _chunks(ends):
             some = queries.chosen(chunk)
             query, found, distances = cells.pairs(some.places)
-            near = Near(some.pieces[query], rows[found], distances)
+            near = Neighbours(some.pieces[query], rows[found], distances)
             yield near.chosen(distances < reach[near.pieces]).each_once()
 
 
@@ -171,7 +171,7 @@ def _chunks(ends: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
         start = end
 
 
-def _to_large(near: Near, held: Samples, pieces: Pieces) -> Near:
+def _to_large(near: Neighbours, held: Samples, pieces: Pieces) -> Neighbours:
     """Only of held pieces that are much larger, or that have the middle of what would follow them within their box."""
     of_held = held.pieces[near.others]
     is_as_large = pieces.size[of_held] >= pieces.size[near.pieces]
@@ -179,7 +179,9 @@ def _to_large(near: Near, held: Samples, pieces: Pieces) -> Near:
     return near.chosen(is_larger | (is_as_large & pieces.is_middle_inside(near.pieces, of_held)))
 
 
-def _between(free: Samples, is_near: NDArray[np.bool_], size: Floats, reach: Floats, planes: NDArray[np.int64]) -> Near:
+def _between(
+    free: Samples, is_near: NDArray[np.bool_], size: Floats, reach: Floats, planes: NDArray[np.int64]
+) -> Neighbours:
     """Pairs of different loose pieces that are near each other.
 
     Args:
@@ -190,18 +192,18 @@ def _between(free: Samples, is_near: NDArray[np.bool_], size: Floats, reach: Flo
     parts = []
     for queries, others in ((free.chosen(of_near), free.chosen(outer)), (free.chosen(~of_near), free)):
         for near in _near(queries, others, reach, COARSE):
-            pairs = Near(near.pieces, others.pieces[near.others], near.distances)
+            pairs = Neighbours(near.pieces, others.pieces[near.others], near.distances)
             leaves_plane = (planes[pairs.pieces] & ~planes[pairs.others]) != 0
             parts.append(pairs.chosen((pairs.pieces != pairs.others) & ~leaves_plane).each_once())
     return _joined(parts)
 
 
-def _joined(parts: Iterable[Near]) -> Near:
-    return Near(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+def _joined(parts: Iterable[Neighbours]) -> Neighbours:
+    return Neighbours(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _leaders(pieces: Pieces, held_size: Floats, between: Near) -> NDArray[np.int64]:
-    """(p,) see Found."""
+def _leaders(pieces: Pieces, held_size: Floats, between: Neighbours) -> NDArray[np.int64]:
+    """(p,) see LooseParents."""
     is_near = held_size >= 0.0
     leader = np.where(is_near, np.arange(len(held_size)), -1)
     is_inside = is_near[between.others] & pieces.is_inside(between.pieces, between.others)

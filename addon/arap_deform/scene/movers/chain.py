@@ -41,7 +41,7 @@ def place_of(handle: ArapControl) -> Part:
     return _place_of(handle.target, handle.bone)
 
 
-def movers(obj: bpy.types.Object, controls: Iterable[ArapControl]) -> list[bpy.types.Object]:
+def transform_sources(obj: bpy.types.Object, controls: Iterable[ArapControl]) -> list[bpy.types.Object]:
     """The objects that move handles, each with all its bones and its shape. The mesh itself is left out."""
     found: dict[bpy.types.Object, None] = {}  # a set in the order of finding
     chain = Chain()

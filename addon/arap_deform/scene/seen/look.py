@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One look before an act: is a pose seen at all, or do modifiers take the vertices from elsewhere?
+"""One look before a task: is a pose seen at all, or do modifiers take the vertices from elsewhere?
 
 The mesh is displaced as a key would do it, evaluated, and put back: no step of undo, no value that stays, and none of
-our handlers hears of it. It costs two evaluations of this mesh, so it is made once an act, never once a frame.
+our handlers hears of it. It costs two evaluations of this mesh, so it is made once a task, never once a frame.
 """
 
 from __future__ import annotations

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from ..core.session_data import Readout
+from ..core.session_data import SolveStats
 
 
-def unheld_text(readout: Readout) -> str:
+def free_parts_text(stats: SolveStats) -> str:
     """One sentence on the parts and loose vertices that have no pin or handle."""
-    counts = ((readout.parts_at_rest, "part", "parts"), (readout.loose_vertices, "loose vertex", "loose vertices"))
+    counts = ((stats.parts_at_rest, "part", "parts"), (stats.loose_vertices, "loose vertex", "loose vertices"))
     found = [f"{n} {one if n == 1 else many}" for n, one, many in counts if n]
-    is_one = readout.parts_at_rest + readout.loose_vertices == 1
+    is_one = stats.parts_at_rest + stats.loose_vertices == 1
     verbs = ("has", "does") if is_one else ("have", "do")
     return "{} {} no pin or handle and {} not move".format(" and ".join(found), *verbs)

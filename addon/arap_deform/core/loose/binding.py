@@ -12,18 +12,18 @@ from ..arrays import Floats, Ints
 from ..graph import fans
 from ..transforms import fitted_rotations
 from .pieces import Pieces
-from .search import Found, search
+from .search import LooseParents, search
 
 
-class Riders:
+class LooseBinding:
     """The pieces that follow, in groups that move as one body each.
 
     Attributes:
         vertices: (k,) of them.
     """
 
-    def __init__(self, pieces: Pieces, found: Found, images: Sequence[NDArray[np.integer]]) -> None:
-        """``images``: see find_riders()."""
+    def __init__(self, pieces: Pieces, found: LooseParents, images: Sequence[NDArray[np.integer]]) -> None:
+        """``images``: see bind_loose_parts()."""
         leader = np.append(found.leader, -1)[pieces.of_vertex]
         self.vertices: NDArray[np.int64] = np.flatnonzero(leader >= 0)
         leaders, self._group_of = np.unique(leader[self.vertices], return_inverse=True)
@@ -63,14 +63,14 @@ class Riders:
         return fitted_rotations(sums[:, 1:].transpose(0, 2, 1)), sums[:, 0]
 
 
-def find_riders(
+def bind_loose_parts(
     points: Floats,
     corner_vertices: Ints,
     face_sizes: Ints,
     of_vertex: NDArray[np.integer],
     is_held: NDArray[np.bool_],
     images: Sequence[NDArray[np.integer]] = (),
-) -> Riders | None:
+) -> LooseBinding | None:
     """The loose pieces that follow what they sit in; None if there are none.
 
     Args:
@@ -85,7 +85,7 @@ def find_riders(
     pieces = Pieces.of(points, of_vertex)
     starts = np.cumsum(face_sizes, dtype=np.int64) - face_sizes
     found = search(pieces, fans(corner_vertices, starts, face_sizes), is_held, _planes(pieces, images))
-    return None if found is None or not (found.leader >= 0).any() else Riders(pieces, found, images)
+    return None if found is None or not (found.leader >= 0).any() else LooseBinding(pieces, found, images)
 
 
 def _planes(pieces: Pieces, images: Sequence[NDArray[np.integer]]) -> NDArray[np.int64]:
@@ -98,7 +98,7 @@ def _planes(pieces: Pieces, images: Sequence[NDArray[np.integer]]) -> NDArray[np
 
 
 def _anchors(
-    pieces: Pieces, found: Found, leaders: NDArray[np.int64], images: Sequence[NDArray[np.integer]]
+    pieces: Pieces, found: LooseParents, leaders: NDArray[np.int64], images: Sequence[NDArray[np.integer]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
     """Groups, vertices and weights of what they follow, in order of the groups; each vertex once in a group.
 

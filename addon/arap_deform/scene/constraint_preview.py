@@ -21,13 +21,13 @@ from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
 from . import meshes, pose_key
 from .inputs import enabled_controls, groups_of, has_group, spec_of
-from .snapshot import holds_of, settings_of
+from .snapshot import constraints_of, settings_of
 
 if TYPE_CHECKING:
     from ..props.controls import ArapControl
 
 
-class HeldMesh:
+class ConstraintPreview:
     """A mesh at rest, completed by its mirror images, and what can be held of it. With Blender data: use it at once."""
 
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, use_nodes: bool | None = None) -> None:
@@ -61,7 +61,7 @@ class HeldMesh:
 
     def specs_of(self, entries: Sequence[ArapControl]) -> list[HandleSpec]:
         """Of entries whose groups are there."""
-        names = sorted(groups_of(holds_of(entries)))
+        names = sorted(groups_of(constraints_of(entries)))
         weights = meshes.read_weights(self._obj, names, use_nodes=self._use_nodes)
         rest = self.mesh.rest_positions[: self.n_own]
         return [spec_of(entry, weights, rest) for entry in entries]
@@ -77,7 +77,7 @@ class HeldMesh:
         near = np.flatnonzero(distances <= ball.radius + PATCH_REACH * self.surface.radius)
         names = meshes.groups_at(self._obj, near)
         enabled = enabled_controls(self._obj)
-        pairs = zip(enabled, holds_of(enabled), strict=True)
+        pairs = zip(enabled, constraints_of(enabled), strict=True)
         return self.specs_of([entry for entry, hold in pairs if getattr(hold, "group", "") in names])
 
     @cached_property
@@ -90,13 +90,13 @@ class HeldMesh:
         return positions.astype(np.float64) if self._whole is None else self._whole.lifted(positions)
 
     def completed_specs(self, specs: Sequence[HandleSpec]) -> tuple[list[HandleSpec], list[Copy]]:
-        """See mirror.Whole.specs()."""
+        """See mirror.MirroredMesh.specs()."""
         if self._whole is not None:
             return self._whole.specs(specs)
         return list(specs), [Copy(i, 0, (0,), np.zeros(3)) for i in range(len(specs))]
 
     def motions(self, matrices: Floats, copies: Sequence[Copy]) -> Floats:
-        """See mirror.Whole.matrices()."""
+        """See mirror.MirroredMesh.matrices()."""
         return matrices if self._whole is None else self._whole.matrices(matrices, copies)
 
     def points(self, specs: Sequence[HandleSpec]) -> dict[int, list[Point]]:
@@ -127,7 +127,7 @@ class HeldMesh:
 
 
 @dataclass(frozen=True)
-class Fit:
+class HandlePlacement:
     """Where a new handle stands.
 
     Attributes:
@@ -139,18 +139,18 @@ class Fit:
     centre: Floats | None
 
 
-def fit(held: HeldMesh, spec: HandleSpec, entry: ArapControl | None = None) -> Fit:
+def place_handle(held: ConstraintPreview, spec: HandleSpec, entry: ArapControl | None = None) -> HandlePlacement:
     """Where a handle stands that holds ``spec``, with at least one vertex. ``entry``: itself, if it is in the list."""
     patch = _patch_of(held, spec, entry)
     centre = None if patch is None else patch.centre
     if held.is_at_rest:
-        return Fit(np.eye(4), centre)
+        return HandlePlacement(np.eye(4), centre)
     vertices, weights = (spec.vertices, None) if patch is None else (patch.vertices, patch.weights)
     at_rest, posed = held.mesh.rest_positions[vertices], held.shown[vertices]
-    return Fit(best_rigid_fit(at_rest, posed, held.stretch, weights), centre)
+    return HandlePlacement(best_rigid_fit(at_rest, posed, held.stretch, weights), centre)
 
 
-def _patch_of(held: HeldMesh, spec: HandleSpec, entry: ArapControl | None) -> Patch | None:
+def _patch_of(held: ConstraintPreview, spec: HandleSpec, entry: ArapControl | None) -> Patch | None:
     """The patch of a handle that is one point."""
     alone, _ = held.completed_specs([spec])
     if [len(point.vertices) for point in held.points(alone).get(0, ())] != [len(alone[0].vertices)]:

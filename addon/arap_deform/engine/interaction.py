@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The posing act as a state machine. EngineScene stands for Blender; tests fake it.
+"""The interaction as a state machine. EngineScene stands for Blender; tests fake it.
 
     BINDING --bound--> FOLLOWING --end--> ENDED
        ^                   |
        +----out of date----+
 
-``end`` says how and why the act has ended. After that nothing here touches the scene.
+``end`` says how and why the interaction has ended. After that nothing here touches the scene.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ class Phase(Enum):
 
 class Ending(Enum):
     KEEP = auto()  # the pose stays
-    RESTORE = auto()  # key, slider and handles as they were before the act
+    RESTORE = auto()  # key, slider and handles as they were before the interaction
     LEAVE = auto()  # the scene stays as it is: the posed mesh has gone or changed
 
 
 @dataclass(frozen=True)
 class End:
-    """How an act ended. ``message`` is for the user, '' if there is nothing to say."""
+    """How an interaction ended. ``message`` is for the user, '' if there is nothing to say."""
 
     how: Ending
     message: str = ""
     error: Exception | None = None
 
 
-class PoseAct(BindProgress):
-    """One posing act of one object, from begin() until ``end`` is set.
+class Interaction(BindProgress):
+    """One interaction of one object, from begin() until ``end`` is set.
 
     A timer calls tick(). scene_changed() is called after each evaluation of the scene, undone() after an undo or redo.
-    cancel(), leave() and fail() end the act; keep() ends it now or in a later tick(). None of them raises. If the scene
+    cancel(), leave() and fail() end it; keep() ends it now or in a later tick(). None of them raises. If the scene
     raises ValueError once there is a pose, the pose stays; any other exception restores everything.
     """
 
@@ -73,7 +73,7 @@ class PoseAct(BindProgress):
 
     @property
     def is_keeping(self) -> bool:
-        """Whether keep() was called and the act ends when the mesh has followed."""
+        """Whether keep() was called and the interaction ends when the mesh has followed."""
         return self._is_keeping and self.end is None
 
     @property
@@ -81,7 +81,7 @@ class PoseAct(BindProgress):
         return self._tracker.is_settled
 
     def begin(self) -> None:
-        """Binds if the session does not fit. Raises ValueError if the scene cannot be posed: then no act has begun."""
+        """Binds if the session does not fit. Raises ValueError if the scene cannot be posed: nothing has begun."""
         self._tracker.begin()
 
     def tick(self, refine_time_s: float = REFINE_TIME_LIMIT_S) -> None:
@@ -102,10 +102,10 @@ class PoseAct(BindProgress):
         self._guarded(self._tracker.go_on_from_shown)
 
     def keep(self, *, is_settling: bool = True) -> None:
-        """Settles the pose and ends the act with it. If there is no pose yet, everything is restored.
+        """Settles the pose and ends the interaction with it. If there is no pose yet, everything is restored.
 
-        If the mesh must be bound again first, as after a stroke of weights, a later tick() ends the act. A second call
-        does not wait for that.
+        If the mesh must be bound again first, as after a stroke of weights, a later tick() ends it. A second call does
+        not wait for that.
         """
         if not self._tracker.has_followed:
             self.cancel()
@@ -184,7 +184,7 @@ def restored(end: End, restore: Callable[[], object]) -> End:
     """Calls ``restore`` and returns the end. If restoring fails, the end also says why."""
     try:
         restore()
-    except Exception as error:  # noqa: BLE001 - whatever it is, the act ends; print_fault() shows a fault of ours
+    except Exception as error:  # noqa: BLE001 - whatever it is, the interaction ends; print_fault() shows a fault of ours
         return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
     return end
 
@@ -195,15 +195,15 @@ def print_fault(error: Exception | None) -> None:
         traceback.print_exception(error)
 
 
-def status_text(act: PoseAct) -> str:
+def status_text(interaction: Interaction) -> str:
     """What the status bar says: state, then keys."""
-    if act.is_keeping:
+    if interaction.is_keeping:
         text = "ARAP Pose: keeping the pose, preparing the mesh, {:.0%}   |   Enter: at once   |   Esc: cancel"
-        return text.format(act.bind_fraction)
-    if act.phase is Phase.BINDING:
-        return f"ARAP Pose: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
+        return text.format(interaction.bind_fraction)
+    if interaction.phase is Phase.BINDING:
+        return f"ARAP Pose: preparing the mesh, {interaction.bind_fraction:.0%}   |   Esc: cancel"
     text = (
         "ARAP Pose: {}   |   G, R, S: move, turn, scale a handle   |   Ctrl Z: take a move back"
         "   |   Enter: keep   |   Esc: cancel"
     )
-    return text.format("settled" if act.is_settled else "following")
+    return text.format("settled" if interaction.is_settled else "following")

@@ -17,7 +17,7 @@ from ..core.transforms import has_no_inverse, inverted, transformed
 from ..core.unbound import Pulls
 from ..props import base_shape
 from . import handle_motion, meshes, pose_key
-from .held import HeldMesh
+from .constraint_preview import ConstraintPreview
 from .registration import postponed
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def evaluated_within(obj: bpy.types.Object) -> bpy.types.Depsgraph:
     return depsgraph
 
 
-def stay(
+def keep_shown_shape(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None, *added: ArapControl, use_nodes: bool | None = None
 ) -> None:
     """Lets new pins and handles hold what is shown, so that the mesh stays where it is when it is solved again.
@@ -64,7 +64,7 @@ def stay(
     shown = pose_key.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
         depsgraph = depsgraph or evaluated_within(obj)
-        held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
+        held = ConstraintPreview(obj, depsgraph, use_nodes=use_nodes)
         entries = _entries(obj, depsgraph, held, set(added))
         _keep_points(held, [entry for entry in entries if entry.is_enabled])
         _hold_shown(held, entries)
@@ -111,7 +111,7 @@ def _choices_of(control: ArapControl) -> tuple[str | int, ...]:
 
 
 def _entries(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[ArapControl]
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: ConstraintPreview, added: set[ArapControl]
 ) -> list[_Entry]:
     made: handle_motion.Made = {}
     entries = [
@@ -130,7 +130,7 @@ def _entries(
     ]
 
 
-def _keep_points(held: HeldMesh, entries: Sequence[_Entry]) -> None:
+def _keep_points(held: ConstraintPreview, entries: Sequence[_Entry]) -> None:
     """Lets point handles near new entries pull the surface as before, and as far."""
     specs_before = [_empty(e.spec) if e.is_new else e.spec for e in entries]
     before, after = held.points(specs_before), held.points([e.spec for e in entries])
@@ -156,7 +156,7 @@ def _keep_points(held: HeldMesh, entries: Sequence[_Entry]) -> None:
         _set_base(held, entries[i], vertices, held.shown[vertices] + pulls.mean(axis=0))
 
 
-def _hold_shown(held: HeldMesh, entries: Sequence[_Entry]) -> None:
+def _hold_shown(held: ConstraintPreview, entries: Sequence[_Entry]) -> None:
     """Lets new entries pull what they hold to where it is shown."""
     specs = [e.spec for e in entries]
     points = held.points(specs)
@@ -183,14 +183,14 @@ def _hold_shown(held: HeldMesh, entries: Sequence[_Entry]) -> None:
             pulls.add(spec.vertices, spec.weights, targets)
 
 
-def _is_shown(held: HeldMesh, entry: _Entry, patch: Patch) -> bool:
+def _is_shown(held: ConstraintPreview, entry: _Entry, patch: Patch) -> bool:
     """Whether the average of the patch at rest, moved by the handle, is the one that is shown."""
     average = transformed(entry.matrix, patch.weights @ held.mesh.rest_positions[patch.vertices])
     off = held.stretch @ (average - patch.weights @ held.shown[patch.vertices])
     return bool(np.linalg.norm(off) <= AT_PLACE * diagonal_of(held.surface.seen))
 
 
-def _set_base(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -> None:
+def _set_base(held: ConstraintPreview, entry: _Entry, vertices: Ints, targets: Floats) -> None:
     """Lets an entry hold the vertices so that it pulls them to (k, 3) ``targets`` where it is now."""
     is_own = vertices < held.n_own
     vertices, targets = vertices[is_own], targets[is_own]

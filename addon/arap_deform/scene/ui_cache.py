@@ -102,16 +102,16 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
     return owner
 
 
-def take_in_hand(view_layer: bpy.types.ViewLayer, obj: bpy.types.Object) -> None:
+def set_panel_object(view_layer: bpy.types.ViewLayer, obj: bpy.types.Object) -> None:
     """Panels show this mesh, and go on to do so while an object is picked that moves it."""
     _in_hand[view_layer.id_data.session_uid, view_layer.name] = obj.session_uid
 
 
 def forget_updated(update: known.Update) -> None:
-    """After an evaluation: forgets what has changed. While an act has the mesh, its rest shape stays."""
+    """After an evaluation: forgets what has changed. While a task has the mesh, its rest shape stays."""
     if update.is_deformed:
         _has_weights.pop(update.uid, None)
-        if update.uid not in sessions.acts:
+        if update.uid not in sessions.locks:
             _sizes.pop(update.uid, None)
 
 

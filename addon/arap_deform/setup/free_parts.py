@@ -9,8 +9,8 @@ import numpy as np
 from ..core import native, sessions
 from ..core.arrays import Ints
 from ..core.graph import connected_labels, face_edges
+from ..core.loose.binding import bind_loose_parts
 from ..core.loose.pieces import joined_by_regions, numbered
-from ..core.loose.riders import find_riders
 from ..core.mirror import completed
 from ..core.session import Session
 from ..scene.inputs import read_input
@@ -45,12 +45,12 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
     is_held = np.zeros(int(pieces.max(initial=-1)) + 1, dtype=bool)
     is_held[pieces[has_hold & is_in_face]] = True
     is_free = np.append(~is_held, True)[pieces] & ~has_hold
-    if inputs.settings.loose_follow:
+    if inputs.settings.use_loose_parts:
         images = () if whole is None else whole.permutations()
         seen = mesh.rest_positions @ inputs.stretch.T
-        riders = find_riders(seen, mesh.corner_vertices, mesh.face_sizes, pieces, is_held, images)
-        if riders is not None:
-            is_free[riders.vertices] = False
+        loose = bind_loose_parts(seen, mesh.corner_vertices, mesh.face_sizes, pieces, is_held, images)
+        if loose is not None:
+            is_free[loose.vertices] = False
     n_parts = len(np.unique(labels[:n_own][(is_free & is_in_face)[:n_own]]))
     return np.flatnonzero(is_free[:n_own]).astype(np.int32), n_parts
 
@@ -58,6 +58,6 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
 def _beside_bones(obj: bpy.types.Object) -> tuple[Ints, int]:
     """As find(). Only a bound model knows what bones pass through."""
     bound = sessions.get(obj.session_uid)
-    if bound is None or not isinstance(bound.session, Session) or sessions.readout(obj.session_uid) is None:
+    if bound is None or not isinstance(bound.session, Session) or sessions.stats(obj.session_uid) is None:
         raise ValueError(f"What bones move of '{obj.name}' is known once it was posed: tick Follow, or press Solve")
     return bound.session.at_rest

@@ -42,7 +42,7 @@ class Topology:
 
 
 @dataclass(frozen=True, eq=False)  # equal is the same one only
-class SeenMesh:
+class EvaluatedMesh:
     """A mesh as it is seen.
 
     Attributes:
@@ -56,7 +56,7 @@ class SeenMesh:
 
 
 @dataclass(frozen=True)
-class Pick:
+class PickedPatch:
     """The surface under the mouse.
 
     Attributes:
@@ -73,7 +73,7 @@ class Pick:
     radius: float
 
 
-_seen: dict[int, SeenMesh] = {}
+_seen: dict[int, EvaluatedMesh] = {}
 """By uid of the object."""
 _topologies: dict[int, tuple[int, Topology]] = {}
 """By uid of the object, with that of its mesh: it may get another one with the same counts."""
@@ -86,7 +86,7 @@ def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> Vi
 
 def pick(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, view: View, pixel: tuple[float, float], radius_px: float
-) -> Pick | None:
+) -> PickedPatch | None:
     """The part of the mesh under a pixel, or near what is there and is attached to it; None if neither is there.
 
     Raises:
@@ -103,10 +103,10 @@ def pick(
         seeds = _nearest_own(obj, seen, hit.place)
     radius = radius_px * view.pixel_size(hit.place)
     vertices = connected_within(seen.positions, seen.topology.edges, seeds, hit.place, radius)
-    return Pick(hit.place, hit.normal, vertices, seeds, radius)
+    return PickedPatch(hit.place, hit.normal, vertices, seeds, radius)
 
 
-def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
+def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> EvaluatedMesh:
     """The evaluated mesh.
 
     Raises:
@@ -121,7 +121,7 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
         if not is_own:
             _check_modifiers(obj, loses_vertices=len(positions) < n)
         world = transformed(meshes.read_matrix(obj, depsgraph), positions[:n])
-        seen = _seen[known.add(obj)] = SeenMesh(world, _topology(obj), is_own)
+        seen = _seen[known.add(obj)] = EvaluatedMesh(world, _topology(obj), is_own)
     return seen
 
 
@@ -143,7 +143,7 @@ def _is_opaque(modifier: bpy.types.Modifier) -> bool:
     return kind in MAKES_VERTICES
 
 
-def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:
+def _nearest_own(obj: bpy.types.Object, seen: EvaluatedMesh, place: Floats) -> Ints:
     """The mesh's own vertex at a place on a face that modifiers have made. Raises ValueError if none is near."""
     distance = np.linalg.norm(seen.positions - place, axis=1)
     nearest = int(distance.argmin())
@@ -172,7 +172,7 @@ def _topology(obj: bpy.types.Object) -> Topology:
     return topology
 
 
-def patch_triangles(seen: SeenMesh, vertices: NDArray[np.int32]) -> Ints:
+def patch_triangles(seen: EvaluatedMesh, vertices: NDArray[np.int32]) -> Ints:
     """(t, 3) vertices of the triangles of all faces inside ``vertices``; polygons become fans."""
     topology = seen.topology
     is_inside = np.zeros(len(seen.positions), dtype=bool)
