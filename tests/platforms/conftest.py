@@ -4,6 +4,7 @@
 The wheels are those for pip, which have all models: a module more, of the library that the zips have.
 """
 
+import json
 import os
 import re
 import shutil
@@ -48,6 +49,10 @@ NOT_UNDER_QEMU = (
     "test_attacks.py::test_without_threads_the_caller_does_all",
     "test_threads.py::test_two_hundred_solvers_leave_no_memory_behind",
 )
+
+
+EMULATED_S = 0.1
+"""A test that takes longer on this machine is left out under an emulator, which takes some fifty times as long."""
 
 
 def run_into(log, *command, **env):
@@ -103,7 +108,27 @@ def native_tests(request, zig):
     program = folder / "tests" / "native" / "arap_tests"
     if request.param == "windows-x64":
         return [*WINE, f"{program}.exe"]
-    return ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu", program, f"--gtest_filter=-{NATIVE_NOT_UNDER_QEMU}"]
+    chosen = f"--gtest_filter={':'.join(quick_native_tests())}-{NATIVE_NOT_UNDER_QEMU}"
+    return ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu", program, chosen]
+
+
+def quick_native_tests():
+    """Those that take less than EMULATED_S here."""
+    times = WORK / "native.json"
+    prepare(ROOT / ".ci" / "build", "release", "arap_tests")
+    program = ROOT / "build" / "native" / "release" / "tests" / "native" / "arap_tests"
+    prepare(program, "--gtest_brief=1", f"--gtest_output=json:{times}")
+    suites = json.loads(times.read_text())["testsuites"]
+    tests = ((f"{suite['name']}.{test['name']}", test["time"]) for suite in suites for test in suite["testsuite"])
+    return [name for name, time in tests if float(time.removesuffix("s")) < EMULATED_S]
+
+
+def slow_module_tests():
+    """Those that take longer than EMULATED_S here."""
+    options = ["-q", "-p", "no:cacheprovider", "--durations=0", f"--durations-min={EMULATED_S}"]
+    run_into("durations", sys.executable, "-m", "pytest", *options, "tests/python/module", PYTHONPATH=str(TESTS))
+    told = (LOGS / "durations.log").read_text()
+    return re.findall(r"^[\d.]+s call +tests/python/module/(.+)$", told, re.MULTILINE)
 
 
 def install(folder, platform, *packages):
@@ -187,7 +212,8 @@ def arm(arm_root):
     script.write_text(f'#!/bin/sh\nexec {emulator} {arm_root}/usr/bin/python{VERSION} "$@"\n')
     script.chmod(0o755)
     (packages / "sitecustomize.py").write_text(f"import sys\nsys.executable = {str(script)!r}\n")
-    return SimpleNamespace(command=[script], path=f"{packages}:{TESTS}", left_out=NOT_UNDER_QEMU)
+    left_out = [*NOT_UNDER_QEMU, *slow_module_tests()]
+    return SimpleNamespace(command=[script], path=f"{packages}:{TESTS}", left_out=left_out)
 
 
 @pytest.fixture(params=["windows", "arm"])

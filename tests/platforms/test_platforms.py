@@ -3,6 +3,7 @@
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 
 def test_poses(python, linux_poses, run):
@@ -12,8 +13,9 @@ def test_poses(python, linux_poses, run):
 
 def test_module(python, run):
     left_out = [f"--deselect=tests/python/module/{test}" for test in python.left_out]
-    options = ["-u", "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/module", *left_out]
-    run(*python.command, *options, PYTHONPATH=python.path)
+    files = sorted(str(path) for path in Path("tests/python/module").glob("test_*.py"))
+    options = ["-u", "-m", "pytest", "-q", "-p", "no:cacheprovider", *left_out]
+    in_shares(lambda k, n: run(*python.command, *options, *files[k::n], part=f"-{k}", PYTHONPATH=python.path))
 
 
 def test_zip_in_blender_on_windows(windows_python, windows_zip, run):
@@ -23,13 +25,16 @@ def test_zip_in_blender_on_windows(windows_python, windows_zip, run):
 
 
 def test_native(native_tests, run):
-    """A share of them on each processor: an emulator runs them slowly."""
+    def run_share(k, n):
+        run(*native_tests, part=f"-{k}", GTEST_TOTAL_SHARDS=str(n), GTEST_SHARD_INDEX=str(k))
+
+    in_shares(run_share)
+
+
+def in_shares(run_share):
+    """A share of the tests on each processor: an emulator runs them slowly."""
     n = os.cpu_count() or 1
-
-    def run_share(k):
-        run(*native_tests, "--gtest_brief=1", part=f"-{k}", GTEST_TOTAL_SHARDS=str(n), GTEST_SHARD_INDEX=str(k))
-
     with ThreadPoolExecutor(n) as pool:
-        shares = [pool.submit(run_share, k) for k in range(n)]
+        shares = [pool.submit(run_share, k, n) for k in range(n)]
     for share in shares:
         share.result()
