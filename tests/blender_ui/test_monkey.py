@@ -30,9 +30,9 @@ MINUTES = float(os.environ.get("ARAP_MONKEY_MINUTES", "0"))
 SEED = int(os.environ.get("ARAP_MONKEY_SEED", "1"))
 FAR = 1e4  # no mesh has a reason to get there: each drag moves a handle by a few units
 OPERATORS = (
-    "solve", "bake_pose", "reset_pose", "reset_handles", "apply_pose_as_rest", "pin_add", "handle_add",
+    "solve", "bake_pose", "reset", "apply_pose_as_rest", "pin_add", "handle_add",
     "control_remove", "pull_tool", "pull_make_real", "pull_release", "poses_store", "poses_apply", "poses_mirror",
-    "poses_delete", "poses_to_keys", "rigid_add", "stiffness_add", "stiffness_remove", "group_soften", "group_paint",
+    "poses_delete", "poses_to_keys", "stiffness_add", "stiffness_remove", "group_soften", "group_paint",
     "select_free_parts", "cage_make",
 )  # fmt: skip
 

@@ -161,7 +161,9 @@ def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
     bpy.ops.ed.undo_push(message="selected")
     yield from add_and_adjust(ui, bpy.ops.arap.handle_add, "handles", "OBJECT", name="Nose", use_exact=True)
     yield from add_and_adjust(ui, bpy.ops.arap.pin_add, "pins", name="Heel")
-    yield from add_and_adjust(ui, bpy.ops.arap.rigid_add, "stiffness", name="Helmet", use_single_body=True)
+    yield from add_and_adjust(
+        ui, bpy.ops.arap.stiffness_add, "stiffness", name="Helmet", use_rigid=True, use_single_body=True
+    )
     yield from add_and_adjust(ui, bpy.ops.arap.stiffness_add, "stiffness", name="Belly")
     yield from ui.key("TAB")
     bar().vertex_groups.clear()  # or there is a dialog first

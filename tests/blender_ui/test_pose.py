@@ -345,7 +345,7 @@ def test_bone_as_handle(ui: Ui) -> Steps:
     ui.api.add_pin(bar(), scenes.bottom())
     ui.select(bar(), armature)
     bpy.ops.object.mode_set(mode="POSE")
-    ui.call(bpy.ops.arap.handle_add_from_empties, "EXEC_DEFAULT", True, radius=0.8)
+    ui.call(bpy.ops.arap.handle_add, "EXEC_DEFAULT", True, radius=0.8)
     assert bar().arap.handles[0].bone == "Bone"
     yield from begin(ui)
     yield from drag(ui)

@@ -57,7 +57,7 @@ class StandInJob:
         if not self._posed:
             return ""
         return (
-            f"The stand-in is at rest, and its pose is added to the poses of {listed(self._posed)}: press Reset Pose "
+            f"The stand-in is at rest, and its pose is added to the poses of {listed(self._posed)}: press Reset "
             "for each of them"
         )
 

@@ -13,7 +13,6 @@ from ..core.session_data import SolveStats
 from ..engine.interaction import Ending, Interaction
 from ..scene import redraw, undo_step
 from ..scene.placing import reset_handles
-from ..setup.list_operators import why_no_handles
 from ..ui.checks import (
     ArapOperator,
     allow,
@@ -21,9 +20,10 @@ from ..ui.checks import (
     find_arap_object,
     is_posed,
     reports_errors,
+    why_baked,
     why_no_pose,
-    why_no_reset,
     why_not_posable,
+    why_nothing_posed,
 )
 from ..ui.modal import ModalOperator
 from .job_operator import JobOperator
@@ -154,27 +154,19 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
             self.report({"INFO"}, f"Solved in {counted(stats.iterations, 'iteration')}, {stats.last_ms:.0f} ms")
 
 
-class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
-    bl_idname = "arap.reset_handles"
-    bl_label = "Reset Handles"
-    bl_description = "Put every handle back to its place at rest"
-    why_not = staticmethod(why_no_handles)
+class ARAP_OT_reset(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.reset"
+    bl_label = "Reset"
+    bl_description = "Put every handle back to its place at rest, and the mesh back to its rest shape"
+    why_not = staticmethod(why_nothing_posed)
 
     def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        held = reset_handles(obj)
+        held = reset_handles(obj) if obj.arap.handles else []
+        if not obj.arap.use_follow and not sessions.locked_by(obj.session_uid) and not why_baked(obj):
+            reset_pose(obj)
         if held:
             names = ", ".join(held)
             self.report({"WARNING"}, f"Animation, a constraint or a driver holds these handles: {names}")
-
-
-class ARAP_OT_reset_pose(ArapOperator, bpy.types.Operator):
-    bl_idname = "arap.reset_pose"
-    bl_label = "Reset Pose"
-    bl_description = "Put the mesh back to its rest shape. The handles stay"
-    why_not = staticmethod(why_no_reset)
-
-    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        reset_pose(obj)
 
 
 class ARAP_OT_apply_pose_as_rest(ArapOperator, bpy.types.Operator):

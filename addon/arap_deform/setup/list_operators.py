@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
+from ..core.arrays import Ints
 from ..scene import meshes, ui_cache
 from ..ui.checks import ArapOperator, arap_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
@@ -19,7 +20,7 @@ from .names import name_for
 from .pins import add_pin, add_pin_group
 from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
 
-NOT_EDITED = "Select vertices in Edit Mode (Tab) to give them a handle"
+NOTHING_TO_MOVE = "Select vertices in Edit Mode (Tab), or empties or bones with the mesh"
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
 
@@ -44,27 +45,12 @@ def why_nothing_to_pin(context: bpy.types.Context) -> str:
     )
 
 
-def why_not_edited(context: bpy.types.Context) -> str:
-    """As why_not_changeable(). The mesh must be in Edit Mode."""
-    return why_not_changeable(context) or ("" if is_edited(arap_object(context)) else NOT_EDITED)
-
-
-def why_no_new_targets(context: bpy.types.Context) -> str:
-    """As why_not_changeable(). The mesh must be in Object Mode, and empties or bones must be selected."""
-    reason = why_not_changeable(context) or why_not_object_mode(arap_object(context))
-    if reason or selected_targets(context, arap_object(context)):
-        return reason
-    return "Select the mesh and empties (in Pose Mode: bones) that are not its handles yet"
-
-
-def why_not_rigid(context: bpy.types.Context) -> str:
-    """As why_not_changeable(). The mesh must be in Edit Mode, with vertices selected."""
+def why_nothing_to_move(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode, or empties or bones must be selected with it."""
     reason = why_not_changeable(context)
-    if reason:
+    if reason or is_edited(arap_object(context)) or selected_targets(context, arap_object(context)):
         return reason
-    if not is_edited(arap_object(context)):
-        return "Select vertices in Edit Mode (Tab) to make them rigid"
-    return "" if arap_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
+    return why_not_object_mode(arap_object(context)) or NOTHING_TO_MOVE
 
 
 def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
@@ -72,7 +58,6 @@ def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
     return lambda context: why_not_changeable(context) or ("" if getattr(arap_object(context).arap, items) else lack)
 
 
-why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mesh yet")
 why_none_chosen = _why_none("controls", "Add a pin or a handle first: nothing holds or moves the mesh yet")
 
 
@@ -146,10 +131,13 @@ class ARAP_OT_pin_add(_Add, bpy.types.Operator):
 class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     bl_idname = "arap.handle_add"
     bl_label = "Add Handle"
-    bl_description = "Give the selected vertices a new empty. Move, rotate or scale it and the mesh follows"
+    bl_description = (
+        "In Edit Mode: give the selected vertices a new empty. Move, rotate or scale it and the mesh follows. Else "
+        "each selected empty (in Pose Mode: each selected bone) becomes a handle of the vertices around it"
+    )
     purpose = "move"
     goes_back = False  # to take the handle in hand
-    why_not = staticmethod(why_not_edited)
+    why_not = staticmethod(why_nothing_to_move)
     ends_itself = True
 
     name: StringProperty(
@@ -161,35 +149,36 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
         name="Exact",
         description="Hold every vertex, even if the handle is smaller than Rigidity. That pulls a spike",
     )
-
-    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        if not is_edited(obj):
-            raise ValueError(NOT_EDITED)
-        with following_first_handle(obj):
-            self.add_selected(obj, add_handle, use_exact=self.use_exact)
-            select_target(context, obj.arap.controls[-1])
-
-
-class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
-    bl_idname = "arap.handle_add_from_empties"
-    bl_label = "Add from Empties"
-    bl_description = "Each selected empty (in Pose Mode: each selected bone) becomes a handle of the vertices around it"
-    why_not = staticmethod(why_no_new_targets)
-
     radius: FloatProperty(
         name="Radius",
         description=(
-            "Take the vertices within this distance of the empty, in scene units. "
+            "Take the vertices within this distance of the empty or bone, in scene units. "
             "If there are none, or at 0: the nearest vertex"
         ),
         default=0.0,
         min=0.0,
         subtype="DISTANCE",
     )
+    is_of_targets: BoolProperty(options={"HIDDEN", "SKIP_SAVE"}, description="It was not called in Edit Mode")
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        for name in ("radius",) if self.is_of_targets else ("name", "use_exact"):
+            self.layout.prop(self, name)
 
     def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        self.is_of_targets = not is_edited(obj)
         with following_first_handle(obj):
-            add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
+            if self.is_of_targets:
+                self._add_targets(context, obj)
+            else:
+                self.add_selected(obj, add_handle, use_exact=self.use_exact)
+                select_target(context, obj.arap.controls[-1])
+
+    def _add_targets(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        targets = selected_targets(context, obj)
+        if not targets:
+            raise ValueError(NOTHING_TO_MOVE)
+        add_handles_for(obj, targets, radius=self.radius or None)
 
 
 class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
@@ -234,10 +223,22 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
     )
     purpose = "stiffen"
 
-    name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Stiff")
+    name: StringProperty(
+        name="Name",
+        description="Name of the new entry and its vertex group. Empty: Stiff or Rigid",
+        options={"SKIP_SAVE"},
+    )
     vertex_group: StringProperty(
         name="Vertex Group",
         description="Group to stiffen. Empty: a new group to paint. Not used in Edit Mode",
+        options={"SKIP_SAVE"},
+    )
+    use_rigid: BoolProperty(
+        name="Rigid", description="The vertices keep their shape exactly, like a helmet", options={"SKIP_SAVE"}
+    )
+    use_single_body: BoolProperty(
+        name="As One Piece",
+        description="All vertices move as one piece, even if they are not connected: the shells of a helmet",
         options={"SKIP_SAVE"},
     )
 
@@ -256,35 +257,29 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
             self.layout.prop_search(self, "vertex_group", obj, "vertex_groups")
         if not self.vertex_group:
             self.layout.prop(self, "name")
+        self.layout.prop(self, "use_rigid")
+        if self.use_rigid:
+            self.layout.prop(self, "use_single_body")
 
     def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        self.name = self.name or ("Rigid" if self.use_rigid else "Stiff")
         if obj.mode == "EDIT":
-            self.add_selected(obj, add_stiffness)
+            self.add_selected(obj, self._add)
             return
         meshes.check_mesh(obj)  # first, so a refusal leaves no unused group behind
         with self.one_step(obj):
-            if self.vertex_group:
-                add_stiffness_group(obj, self.vertex_group)
-            else:
-                entry = add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name)
-                obj.arap.stiffness[entry].has_made_group = True
+            entry = add_stiffness_group(obj, self.vertex_group or obj.vertex_groups.new(name=self.name).name)
+            stiffness = obj.arap.stiffness[entry]
+            if not self.vertex_group:
+                stiffness.has_made_group = True
+            if self.use_rigid:
+                stiffness.use_rigid, stiffness.use_single_body = True, self.use_single_body
 
-
-class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
-    bl_idname = "arap.rigid_add"
-    bl_label = "Make Rigid"
-    bl_description = "The selected vertices keep their shape, like a helmet. Each connected piece moves as one piece"
-    purpose = "make rigid"
-    why_not = staticmethod(why_not_rigid)
-
-    name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Rigid")
-    use_single_body: BoolProperty(
-        name="As One Piece",
-        description="All selected vertices move as one piece, even if they are not connected: the shells of a helmet",
-    )
-
-    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        self.add_selected(obj, add_rigid, use_single_body=self.use_single_body)
+    def _add(self, obj: bpy.types.Object, vertices: Ints, name: str) -> None:
+        if self.use_rigid:
+            add_rigid(obj, vertices, name, use_single_body=self.use_single_body)
+        else:
+            add_stiffness(obj, vertices, name)
 
 
 class ARAP_OT_stiffness_remove(OneStepOperator, bpy.types.Operator):

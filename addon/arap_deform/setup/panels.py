@@ -85,7 +85,6 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
         if control is not None:
             _draw_control(context, layout, obj, control)
         column = layout.column(align=True)
-        column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
         column.operator("arap.bones_add", icon="BONE_DATA")
 
 
@@ -127,7 +126,7 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
                 column.prop(entry, "use_single_body")
             _draw_group_buttons(context, layout, obj, entry.name)
         column = layout.column(align=True)
-        column.operator("arap.rigid_add", icon="MESH_ICOSPHERE")
+        column.operator("arap.stiffness_add", text="Make Rigid", icon="MESH_ICOSPHERE").use_rigid = True
         column.operator("arap.stiffness_add", icon="MOD_ARMATURE")
 
 

@@ -39,7 +39,6 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.separator()
         layout.operator("arap.edit_mesh", icon="EDITMODE_HLT")
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")
-        layout.operator("arap.handle_add_from_empties")
         layout.operator("arap.bones_add", icon="BONE_DATA")
         layout.operator("arap.handles_copy")
         layout.operator("arap.pin_add", icon="PINNED")
@@ -54,7 +53,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.separator()
         layout.menu("ARAP_MT_poses", icon="POSE_HLT")
         layout.separator()
-        layout.operator("arap.rigid_add", icon="MESH_ICOSPHERE")
+        layout.operator("arap.stiffness_add", text="Make Rigid", icon="MESH_ICOSPHERE").use_rigid = True
         layout.operator("arap.stiffness_add")
         layout.operator("arap.stiffness_remove")
         layout.separator()
@@ -65,8 +64,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.pull_make_real")
         layout.operator("arap.pull_release")
         layout.separator()
-        layout.operator("arap.reset_handles", icon="LOOP_BACK")
-        layout.operator("arap.reset_pose")
+        layout.operator("arap.reset", icon="LOOP_BACK")
         layout.operator("arap.apply_pose_as_rest")
 
 
@@ -88,10 +86,9 @@ class ARAP_MT_context(bpy.types.Menu):
             layout.operator("arap.solve", icon="FILE_REFRESH")
             layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
             layout.separator()
-            layout.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
+            layout.operator("arap.handle_add", icon="EMPTY_AXIS")
             layout.operator("arap.bones_add", icon="BONE_DATA")
-            layout.operator("arap.reset_handles", icon="LOOP_BACK")
-            layout.operator("arap.reset_pose")
+            layout.operator("arap.reset", icon="LOOP_BACK")
 
 
 def _draw(self: Any, _context: bpy.types.Context) -> None:

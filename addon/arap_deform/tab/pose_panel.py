@@ -75,7 +75,9 @@ def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
         pair = button_row(context, column)
         pair.operator("arap.pose_end", text="Keep", icon="CHECKMARK").is_kept = True
         pair.operator("arap.pose_end", text="Cancel", icon="X").is_kept = False
-    layout.menu("ARAP_MT_reset", icon="LOOP_BACK")
+    pair = button_row(context, layout)
+    pair.operator("arap.reset", icon="LOOP_BACK")
+    pair.operator("arap.apply_pose_as_rest", text="Apply as Rest", icon="CHECKMARK")
 
 
 def draw_follow(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
@@ -97,13 +99,3 @@ def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
         box = layout.box()
         draw_text(context, box, free_parts_text(stats), "INFO")
         box.operator("arap.select_free_parts", icon="RESTRICT_SELECT_OFF")
-
-
-class ARAP_MT_reset(bpy.types.Menu):
-    bl_label = "Reset or Apply"
-
-    def draw(self, _context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.operator("arap.reset_handles", icon="LOOP_BACK")
-        layout.operator("arap.reset_pose", icon="LOOP_BACK")
-        layout.operator("arap.apply_pose_as_rest", icon="CHECKMARK")

@@ -172,12 +172,10 @@ def _why_nothing_moves(obj: bpy.types.Object) -> str:
     return "Add a handle first: nothing moves the mesh yet"
 
 
-def why_no_reset(context: bpy.types.Context) -> str:
-    """As why_no_pose(). Follow must be off: it would pose the mesh again."""
-    obj = find_arap_object(context)
-    if obj is not None and obj.arap.use_follow:
-        return "Follow would pose the mesh again at once: use Reset Handles, or untick Follow"
-    return why_no_pose(context)
+def why_nothing_posed(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must have handles or show a pose."""
+    reason = why_not_changeable(context)
+    return reason if reason or arap_object(context).arap.handles else why_no_pose(context)
 
 
 def why_not_pullable(context: bpy.types.Context, obj: bpy.types.Object | None = None) -> str:

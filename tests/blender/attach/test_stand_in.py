@@ -206,7 +206,7 @@ class TogetherTest(SceneTest):
         stand_in = module("core.job").run_job(job)
         self.assertEqual(
             job.warning,
-            "The stand-in is at rest, and its pose is added to the poses of Belly: press Reset Pose for each of them",
+            "The stand-in is at rest, and its pose is added to the poses of Belly: press Reset for each of them",
         )
         for obj, places in zip(made, shown, strict=True):
             self.assert_close(world_shown(obj), places)

@@ -561,12 +561,18 @@ class FollowToggleTest(SceneTest):
         self.assert_followed(copy)
         self.assert_followed(obj)
 
-    def test_reset_pose_is_refused(self):
-        obj = following_tube()
-        bpy.context.view_layer.objects.active = obj
-        self.assertFalse(bpy.ops.arap.reset_pose.poll())
-        obj.arap.use_follow = False
-        self.assertTrue(bpy.ops.arap.reset_pose.poll())
+    def test_reset_takes_handles_and_mesh_to_rest_with_and_without_follow(self):
+        for use_follow in (True, False):
+            self.setUp()
+            obj = following_tube()
+            bpy.context.view_layer.objects.active = obj
+            move(obj.arap.handles[0].target, (0.3, 0.0, 0.0))
+            self.assert_followed(obj)
+            obj.arap.use_follow = use_follow
+            self.assertEqual(bpy.ops.arap.reset(), {"FINISHED"})
+            bpy.context.view_layer.update()
+            self.assert_close(key_positions(obj), rest_positions(obj), 1e-5)
+            self.assert_close(module("scene.handle_motion").handle_matrices(obj)[-1], np.eye(4), 1e-6)
 
     def test_apply_pose_as_rest_goes_on_from_the_new_rest(self):
         obj = following_tube()

@@ -224,14 +224,14 @@ class HandleTest(SceneTest):
             self.scene.collection.objects.link(bpy.data.objects.new(name, data))
         bpy.ops.object.select_all(action="SELECT")
         bpy.context.view_layer.objects.active = obj
-        self.assertEqual(bpy.ops.arap.handle_add_from_empties(), {"FINISHED"})
+        self.assertEqual(bpy.ops.arap.handle_add(), {"FINISHED"})
         self.assertEqual([handle.target.name for handle in obj.arap.handles], ["Control"])
-        self.assertFalse(bpy.ops.arap.handle_add_from_empties.poll())
+        self.assertFalse(bpy.ops.arap.handle_add.poll())
         rig = armature()
         self.api.add_handle_for(obj, rig, bone="Lower")
         bpy.ops.object.mode_set(mode="POSE")
         bpy.ops.pose.select_all(action="SELECT")
-        self.assertEqual(bpy.ops.arap.handle_add_from_empties(), {"FINISHED"})
+        self.assertEqual(bpy.ops.arap.handle_add(), {"FINISHED"})
         self.assertEqual([handle.bone for handle in obj.arap.handles], ["", "Lower", "Upper"])
 
     def test_bones_are_handles(self):
@@ -396,7 +396,7 @@ class RefusalTest(SceneTest):
             self.assert_error(ValueError, f"Handle 'Lower' of 'Tube': {reason}", self.api.solve, obj)
             message = f"'Tube' cannot take the handle: {reason}"
             self.assert_error(ValueError, message, self.api.add_handle_for, obj, rig, "Lower")
-            self.assertRaises(RuntimeError, bpy.ops.arap.handle_add_from_empties)
+            self.assertRaises(RuntimeError, bpy.ops.arap.handle_add)
             self.assertEqual(len(obj.arap.handles), 1)
         bpy.ops.object.mode_set(mode="OBJECT")
         modifier.show_render = False

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,13 +81,11 @@ class OperatorTest(SceneTest):
         self.obj.select_set(True)
 
     def test_rigid_in_one_click(self):
-        why = module("setup.list_operators").why_not_rigid
-        self.assertEqual(why(bpy.context), "Select vertices in Edit Mode (Tab) to make them rigid")
         select_in_edit_mode(self.obj, [])
-        self.assertEqual(why(bpy.context), "Select the vertices to make rigid first")
-        self.assertFalse(bpy.ops.arap.rigid_add.poll())
+        with self.assertRaisesRegex(RuntimeError, "No vertices are selected: select the vertices to stiffen"):
+            bpy.ops.arap.stiffness_add(use_rigid=True)
         select_in_edit_mode(self.obj, BELLY)
-        self.assertEqual(bpy.ops.arap.rigid_add(), {"FINISHED"})
+        self.assertEqual(bpy.ops.arap.stiffness_add(use_rigid=True), {"FINISHED"})
         self.assertEqual((self.obj.mode, entries(self.obj)), ("EDIT", [("Rigid", True, 100.0)]))
         bpy.ops.object.mode_set(mode="OBJECT")
         weights = module("scene.meshes").read_weights(self.obj, ["Rigid"])["Rigid"]
@@ -94,7 +93,8 @@ class OperatorTest(SceneTest):
 
     def test_what_is_made_in_edit_mode_is_one_step_of_undo(self):
         """Edit Mode's own steps have the mesh alone: the entry of the list would stay."""
-        makers = (bpy.ops.arap.rigid_add, bpy.ops.arap.stiffness_add, bpy.ops.arap.pin_add, bpy.ops.arap.handle_add)
+        make_rigid = partial(bpy.ops.arap.stiffness_add, use_rigid=True)
+        makers = (make_rigid, bpy.ops.arap.stiffness_add, bpy.ops.arap.pin_add, bpy.ops.arap.handle_add)
         select_in_edit_mode(self.obj, BELLY)
         bpy.ops.ed.undo_push(message="selected")
         for make in makers:
