@@ -240,6 +240,7 @@ class Ui:
     def open_panels(self, *names: str) -> None:
         """Of the tab, which has not been drawn yet, these sub-panels are open, and no other ones."""
         before = {cls: getattr(cls, "bl_options", set()) for cls in sub_panels()}
+        assert set(names) <= {cls.__name__ for cls in before}, names
         self._at_end.append(lambda: register_again(before))
         register_again({cls: set() if cls.__name__ in names else {"DEFAULT_CLOSED"} for cls in before})
 

@@ -188,7 +188,7 @@ def test_clothes_pull_the_body(ui: Ui) -> Steps:
     bpy.ops.ed.undo_push(message="scene")
     yield from pull(ui, (0.0, -0.45, 2.3), (0.4, -0.45, 2.3))
     yield from ui.until(lambda: shift("Torso") > 0.1, "the host is pulled")
-    assert head.data.shape_keys.key_blocks.keys() == ["Basis", "ARAP"], "its linked, no pose of its own"
+    assert head.data.shape_keys.key_blocks.keys() == ["Basis", "ARAP"], "its linked key, no pose of its own"
     assert torso.arap.pull_pins
     assert not head.arap.pull_pins
     ui.select(hand)

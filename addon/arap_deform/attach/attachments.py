@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -19,9 +18,6 @@ from ..scene import meshes, shape_keys
 from ..scene.points import objects as points
 from ..scene.seen import look
 from . import linked_keys, problems, states, sync_handlers, wraps
-
-if TYPE_CHECKING:
-    pass
 
 NAMES_OF_KINDS = [kind[0] for kind in KINDS]
 

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# mypy: disable-error-code="valid-type"
 """Attach, Detach, Select Host."""
 
 from __future__ import annotations
@@ -7,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import bpy
-from bpy.props import BoolProperty
 
 from ..core.naming import counted, listed
 from ..ui.checks import (
@@ -15,16 +13,16 @@ from ..ui.checks import (
     arap_object,
     check_visible,
     select_alone,
+    why_busy_but_posed,
     why_not_changeable,
-    why_not_idle,
     why_not_object_mode,
 )
 from .attachments import attach, detach, detach_at
 from .hosts import host_of, moving_mesh
 from .near import find_near
 from .problems import owner_of
-from .stand_in import remove_stand_in, stand_in_of
 
+NOTHING_ATTACHED = "Nothing is attached to this mesh"
 KINDS = {"MESH", "CURVE", "CURVES", "SURFACE", "FONT", "META"}  # what an artist may select to attach
 
 
@@ -42,11 +40,12 @@ def why_no_host(context: bpy.types.Context) -> str:
 
 
 def why_nothing_attached(context: bpy.types.Context) -> str:
-    """As why_not_idle(). Something must be attached to the mesh, or the mesh to something."""
-    reason = why_not_idle(context)
-    if reason or arap_object(context).arap.attachments or owner_of(arap_object(context)) is not None:
+    """As why_no_host(), also of the mesh's own host. Something must be attached to the mesh, or the mesh to that."""
+    reason = why_no_host(context)
+    if reason or arap_object(context).arap.attachments:
         return reason
-    return "Nothing is attached to this mesh"
+    owner = owner_of(arap_object(context))
+    return why_busy_but_posed(owner) if owner is not None else NOTHING_ATTACHED
 
 
 def why_no_host_of_it(context: bpy.types.Context) -> str:
@@ -86,34 +85,14 @@ class ARAP_OT_detach(ArapOperator, bpy.types.Operator):
     why_not = staticmethod(why_nothing_attached)
     ends_itself = True
 
-    use_all: BoolProperty(
-        name="All",
-        description="Detach all objects of the list. A stand-in is removed with its pose and handles",
-        options={"SKIP_SAVE"},
-    )
-
-    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        owner, stand_in = owner_of(obj), stand_in_of(obj)
-        if self.use_all and stand_in is not None:
-            _remove(context, stand_in)
-        elif self.use_all:
-            for index in reversed(range(len(obj.arap.attachments))):
-                detach_at(obj, index)
-        elif obj.arap.attachments:
+    def modify(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        owner = owner_of(obj)
+        if obj.arap.attachments:
             detach_at(obj, obj.arap.active_attachment_index)
         elif owner is not None:
             detach(owner, obj)
-
-
-def _remove(context: bpy.types.Context, stand_in: bpy.types.Object) -> None:
-    """Removes a stand-in, and selects what was attached to it."""
-    parts = [attachment.object for attachment in stand_in.arap.attachments if attachment.object is not None]
-    remove_stand_in(stand_in)
-    shown = [part for part in parts if part.visible_get()]
-    for part in shown:
-        part.select_set(True)
-    if shown:
-        context.view_layer.objects.active = shown[0]
+        else:
+            raise ValueError(NOTHING_ATTACHED)
 
 
 class ARAP_OT_host_select(ArapOperator, bpy.types.Operator):

@@ -81,5 +81,5 @@ class ARAP_PT_attach(ArapSubPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("arap.stand_in_make", icon="MOD_LATTICE")
         if stand_in_of(obj) is not None:
-            column.operator("arap.detach", text="Remove Stand-in", icon="X").use_all = True
+            column.operator("arap.stand_in_remove", icon="X")
         column.operator("arap.cage_make", icon="MOD_MESHDEFORM")

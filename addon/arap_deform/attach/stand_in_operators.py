@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""Make Stand-in: the selected meshes are posed as one."""
+"""Make Stand-in: the selected meshes are posed as one. And Remove Stand-in."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from bpy.props import IntProperty
 from ..core.naming import listed
 from ..engine.scene import is_rendering
 from ..pose.job_operator import JobOperator
-from ..ui.checks import select_alone, why_not_object_mode
+from ..ui.checks import ArapOperator, arap_object, select_alone, why_not_idle, why_not_object_mode
 from .operators import KINDS
-from .stand_in import StandInJob
+from .stand_in import StandInJob, remove_stand_in, stand_in_of
 from .stand_in_parts import VERTICES, pieces_of, why_needless, why_not_local
 
 
@@ -70,3 +70,32 @@ class ARAP_OT_stand_in_make(JobOperator, bpy.types.Operator):
     def report_result(self, job: Any, stand_in: Any) -> None:
         select_alone(bpy.context, stand_in)
         super().report_result(job, stand_in)
+
+
+def why_no_stand_in(context: bpy.types.Context) -> str:
+    """As why_not_idle(). The mesh must be a stand-in, or attached to one."""
+    reason = why_not_idle(context)
+    if reason or stand_in_of(arap_object(context)) is not None:
+        return reason
+    return "Select a stand-in first, or a mesh that is attached to one"
+
+
+class ARAP_OT_stand_in_remove(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.stand_in_remove"
+    bl_label = "Remove Stand-in"
+    bl_description = (
+        "Remove the stand-in with its pose and handles. The meshes go back to rest, without the shape keys made for it"
+    )
+    why_not = staticmethod(why_no_stand_in)
+
+    def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        stand_in = stand_in_of(obj)
+        if stand_in is None:
+            raise ValueError(why_no_stand_in(context))
+        parts = [attachment.object for attachment in stand_in.arap.attachments if attachment.object is not None]
+        remove_stand_in(stand_in)
+        shown = [part for part in parts if part.visible_get()]
+        for part in shown:
+            part.select_set(True)
+        if shown:
+            context.view_layer.objects.active = shown[0]

@@ -100,7 +100,7 @@ class SolveStats:
 
 
 def stats_of_whole(parts: Sequence[SolveStats]) -> SolveStats:
-    """One stats for a solve that was done in several updates."""
+    """The stats of a solve that was done in several updates."""
     return replace(
         parts[-1],
         energy_before=parts[0].energy_before,

@@ -61,7 +61,7 @@ class SceneState:
     Attributes:
         counts: of vertices, edges, corners and faces.
         stretch: (3, 3) float64, see transforms.stretch_of().
-        constraints: of the enabled pins, then of the enabled handles.
+        constraints: of the enabled controls, in the order of the list.
         key_name: the shape key that takes the pose.
         mirrors: planes of the Mirror modifier that complete the mesh.
     """

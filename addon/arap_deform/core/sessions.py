@@ -43,7 +43,7 @@ class Lock(Protocol):
 
 
 locks: dict[int, Lock] = {}
-"""The locks under way, by uid of the object. Read it; only claim() and release() change it."""
+"""Who has a mesh for itself, by uid of the object. Read it; only lock() and unlock() change it."""
 
 LARGE_VERTICES = 10_000  # with fewer, what is freed is not worth the trimming
 IDLE_VERTICES = 100_000
@@ -85,7 +85,7 @@ def _is_held(uid: int) -> bool:
 
 
 def drop(uid: int) -> None:
-    """Forgets the session, which may still be in use elsewhere; its stats stays for the panel."""
+    """Forgets the session, which may still be in use elsewhere; its stats stay for the panel."""
     _bound.pop(uid, None)
 
 
@@ -113,7 +113,7 @@ def _trim() -> None:
 
 
 def forget(uids: Iterable[int]) -> None:
-    """Forgets sessions and all_stats of objects that are gone. A task ends by itself."""
+    """Forgets sessions and stats of objects that are gone. A task ends by itself."""
     gone = set(uids)
     _give_back(gone)
     for uid in gone:

@@ -65,7 +65,7 @@ def solve(
 
     Args:
         bound: of which look() says nothing.
-        motions: (h, 4, 4) object-space motions of all that the session constraints.
+        motions: (h, 4, 4) object-space motions of all that the session holds.
         is_from_rest: see mesh.solve_from_rest().
         options: of Session.update().
 

@@ -18,15 +18,17 @@ from ..ui import waiting
 from ..ui.modal import ModalRun
 from ..ui.waits import Wait, wait_for_bind
 from . import undo
-from .scene import ActScene, BlenderPoseScene
+from .scene import BlenderPoseScene, InteractionScene
 
 TIMER_S = 0.02
 
 
-class ActRun(ModalRun):
+class InteractionRun(ModalRun):
     """An interaction that has begun, and its share of the window."""
 
-    def __init__(self, context: bpy.types.Context, scene: ActScene, interaction: Interaction, timer_s: float) -> None:
+    def __init__(
+        self, context: bpy.types.Context, scene: InteractionScene, interaction: Interaction, timer_s: float
+    ) -> None:
         obj = scene.obj
         assert obj is not None
         sessions.lock(obj, interaction)
@@ -62,7 +64,7 @@ class ActRun(ModalRun):
         self.finish()
 
 
-class PoseRun(ActRun):
+class PoseRun(InteractionRun):
     """A run of Pose."""
 
     scene: BlenderPoseScene

@@ -15,7 +15,7 @@ from . import undo
 from .result import capture_state, restore_state
 
 
-class ActScene(BlenderEngineScene):
+class InteractionScene(BlenderEngineScene):
     """The EngineScene of an interaction that can put everything back."""
 
     task_name = "posing"  # for messages
@@ -47,7 +47,7 @@ class ActScene(BlenderEngineScene):
         return ""
 
 
-class BlenderPoseScene(ActScene):
+class BlenderPoseScene(InteractionScene):
     """The EngineScene of Pose."""
 
     modes = {"OBJECT", "WEIGHT_PAINT"}

@@ -58,7 +58,9 @@ def _on_own_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Co
 class ArapControl(BaseShape, bpy.types.PropertyGroup):
     """A pin, a handle or a bone: what holds or moves a part of the mesh."""
 
-    kind: EnumProperty(name="Kind", description="What it does with the mesh", items=KINDS, default="handle")
+    kind: EnumProperty(
+        name="Kind", description="What it does with the mesh", items=KINDS, default="handle", update=_on_changed
+    )
     name: StringProperty(
         name="Name",
         description="Its name, and that of the empty and the vertex group that were made for it",

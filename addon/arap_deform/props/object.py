@@ -94,7 +94,7 @@ def _active_control(settings: bpy.types.PropertyGroup) -> int:
     if active is not None and active != settings.id_data and _name_of(active) != settings.active_when_chosen:
         bones = {"", _active_bone(active)}
         for index, control in enumerate(settings.controls):
-            if control.target == active and control.bone in bones:
+            if control.target == active and control.bone in bones and control.kind != "pin":
                 return index
     return int(settings.chosen_control_index)
 
@@ -386,12 +386,12 @@ class ArapObject(bpy.types.PropertyGroup):
     @property
     def pins(self) -> tuple[ArapControl, ...]:
         """The controls that stay where they are, in the order of the list."""
-        return tuple(control for control in self.controls if control.is_pin)
+        return tuple(control for control in self.controls if control.kind == "pin")
 
     @property
     def handles(self) -> tuple[ArapControl, ...]:
         """The controls that an object or a bone moves, in the order of the list."""
-        return tuple(control for control in self.controls if not control.is_pin)
+        return tuple(control for control in self.controls if control.kind != "pin")
 
     def has_data(self) -> bool:
         """Whether there is anything that must be looked at when the scene changes."""

@@ -12,7 +12,6 @@ from ..engine.interaction import End, Ending, Phase
 from ..props import preferences
 from ..scene import known, redraw, shape_keys
 from ..scene.registration import for_each
-from ..setup.chosen import select_target
 from ..setup.handles import following_first_handle
 from ..ui.checks import (
     ArapOperator,
@@ -271,7 +270,7 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
         with following_first_handle(obj):
             n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
             if n_handles:
-                select_target(context, obj.arap.controls[-1])
+                obj.arap.active_control_index = obj.arap.controls.find(obj.arap.handles[-1].name)
         made = [counted(n, word) for n, word in ((n_handles, "handle"), (n_pins, "pin")) if n]
         self.report({"INFO"}, f"Made {' and '.join(made)}")
         redraw.tag_views()

@@ -14,7 +14,7 @@ from ..core.native import ERRORS
 from ..engine.interaction import End, Ending, Interaction, Phase
 from ..engine.scene import is_rendering
 from ..follow.runs import clear_follow_error
-from ..pose.run import ActRun
+from ..pose.run import InteractionRun
 from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import known, meshes, versions
@@ -78,7 +78,7 @@ def mirrored(obj: bpy.types.Object, grab: PulledPatch) -> list[PulledPatch]:
         raise ValueError(f"'{obj.name}' {error}") from None
 
 
-class PullRun(ActRun):
+class PullRun(InteractionRun):
     """One drag, from the first move of the mouse until the mesh has settled."""
 
     scene: PullScene

@@ -11,14 +11,14 @@ import numpy as np
 from ..core.arrays import Float32s, Floats
 from ..core.session_data import SolveStats
 from ..engine.mesh import SessionBinding
-from ..pose.scene import ActScene
+from ..pose.scene import InteractionScene
 from ..scene import meshes
 from . import hold
 from .drag import Lever
 from .region import PulledPatch
 
 
-class PullScene(ActScene):
+class PullScene(InteractionScene):
     """The EngineScene of one drag."""
 
     task_name = "the pull"

@@ -67,7 +67,7 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
 
 def has_foreign_handles(obj: bpy.types.Object) -> bool:
     """Whether there are handle_motion.foreign_handles(): that takes a look at every object of the file."""
-    key = obj.session_uid, len(obj.arap.handles)
+    key = obj.session_uid, len(obj.arap.controls)
     if key not in _has_foreign:
         _has_foreign[key] = bool(handle_motion.foreign_handles(obj))
     return _has_foreign[key]
@@ -77,7 +77,7 @@ def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
     """Whether ``obj`` is a mesh with ``target``, or a bone of it, as a handle."""
     if obj.type != "MESH":
         return False
-    key = obj.session_uid, len(obj.arap.handles)
+    key = obj.session_uid, len(obj.arap.controls)
     if key not in _targets:
         _targets[key] = {handle.target.session_uid for handle in obj.arap.handles if handle.target is not None}
     return target.session_uid in _targets[key]

@@ -43,7 +43,7 @@ def rebase(obj: bpy.types.Object, *controls: ArapControl) -> None:
 
     But bones without a vertex group: the mesh at rest has their armature at rest.
 
-    Called after a change of an object, bone or group. Passes over controls of which one of these is missing.
+    Called after a change of a kind, object, bone or group. Passes over controls of which one of these is missing.
     """
     if obj.type != "MESH":
         return
@@ -56,9 +56,11 @@ def rebase(obj: bpy.types.Object, *controls: ArapControl) -> None:
 
 def _lack_of(obj: bpy.types.Object, control: ArapControl, depsgraph: bpy.types.Depsgraph) -> bool:
     """Whether its group or its object is missing."""
-    if not control.is_pin and handle_motion.target_problem(obj, control.target, control.bone, depsgraph):
-        return True
-    return not has_group(obj, control)
+    if control.is_pin:
+        return not has_group(obj, control)
+    lacks_bone = control.kind == "bone" and not control.bone
+    is_lacking = lacks_bone or bool(handle_motion.target_problem(obj, control.target, control.bone, depsgraph))
+    return is_lacking or not has_group(obj, control)
 
 
 def _set_rests(

@@ -57,7 +57,7 @@ def remove_at(obj: bpy.types.Object, index: int) -> None:
     """As remove_control(), the entry at a place in the list."""
     settings = obj.arap
     control = settings.controls[index]
-    target = control.target if control.has_made_target else None
+    target = control.target if control.has_made_target and not control.is_pin else None
     if target is not None and target.mode != "OBJECT":
         raise ValueError(f"'{target.name}' is in another mode: go back to Object Mode first")
     group = control.vertex_group if control.has_made_group else ""

@@ -13,7 +13,7 @@ from ..scene import meshes, ui_cache
 from ..ui.checks import ArapOperator, arap_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
 from .chosen import chosen, select_target
-from .controls import remove_control
+from .controls import remove_at
 from .handle_copies import copy_handles
 from .handles import add_handle, add_handles_for, following_first_handle
 from .names import name_for
@@ -204,12 +204,11 @@ class ARAP_OT_control_remove(OneStepOperator, bpy.types.Operator):
     why_not = staticmethod(why_none_chosen)
 
     def modify(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        control = chosen(obj)
-        if control is None:
+        if chosen(obj) is None:
             raise ValueError("Choose the pin, handle or bone to remove in the list")
-        name = control.name
+        index = obj.arap.active_control_index
         with self.one_step(obj):
-            remove_control(obj, name)
+            remove_at(obj, index)
         if context.object is None:  # it was the empty
             context.view_layer.objects.active = obj
 

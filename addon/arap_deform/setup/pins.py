@@ -11,7 +11,11 @@ from .controls import new_control
 
 
 def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> str:
-    """Makes a vertex group of ``vertices`` (weight 1) and pins it where it is shown; the name of the pin."""
+    """Makes a vertex group of ``vertices`` (weight 1) and pins it where it is shown.
+
+    Returns:
+        The name of the pin. Its ``vertex_group`` may have another one, if such a group was there.
+    """
     meshes.check_mesh(obj)
     meshes.check_local(obj)
     indices = groups.checked_indices(obj, vertices)

@@ -78,7 +78,7 @@ class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
             enter_edit_mode(context, obj)
 
 
-class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
+class ARAP_OT_select_free_parts(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.select_free_parts"
     bl_label = "Select Free Parts"
     bl_description = (

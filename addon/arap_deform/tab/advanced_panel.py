@@ -48,7 +48,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "use_loose_parts")
 
 
-class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
+class ARAP_PT_stats(ArapPanel, bpy.types.Panel):
     bl_label = "Last Solve"
     bl_parent_id = "ARAP_PT_advanced"
     bl_options = {"DEFAULT_CLOSED"}

@@ -49,6 +49,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.detach")
         layout.operator("arap.host_select")
         layout.operator("arap.stand_in_make", icon="MOD_LATTICE")
+        layout.operator("arap.stand_in_remove")
         layout.operator("arap.cage_make", icon="MOD_MESHDEFORM")
         layout.separator()
         layout.menu("ARAP_MT_poses", icon="POSE_HLT")

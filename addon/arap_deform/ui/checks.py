@@ -167,7 +167,7 @@ def why_no_follow(context: bpy.types.Context) -> str:
 
 
 def _why_nothing_moves(obj: bpy.types.Object) -> str:
-    if any(handle.is_enabled for handle in obj.arap.handles):
+    if any(control.is_enabled and control.kind != "pin" for control in obj.arap.controls):
         return ""
     return "Add a handle first: nothing moves the mesh yet"
 

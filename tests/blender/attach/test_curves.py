@@ -180,7 +180,7 @@ class CurveTest(AttachTest):
 
     def test_what_is_empty_is_told(self):
         host, curve = solved(), new_object("Strap", bpy.data.curves.new("Strap", "CURVE"))
-        message = "'Strap' has no points: there is nothing to go along"
+        message = "'Strap' has no points: there is nothing to attach"
         self.assert_error(ValueError, message, self.api.attach, host, [curve])
 
     def test_a_shared_curve_is_told(self):

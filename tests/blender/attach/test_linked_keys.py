@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Attach: the keys of a attachment, the artist's own and those that stand for the host's."""
+"""Attach: the keys of an attached object, the artist's own and those that stand for the host's."""
 
 import numpy as np
 from clothes import AttachTest, eye, sleeve

@@ -435,6 +435,15 @@ class PinsTest(PullTest):
         self.assertEqual(self.make_real(obj), (1, 1))
         self.assertEqual([pin.name for pin in obj.arap.pins], ["Bottom"])
 
+    def test_the_new_handle_is_in_hand_and_not_the_pin_of_everything_else(self):
+        obj = mesh_object()
+        self.pull(obj, self.grab(TOP), RIGHT)
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(bpy.ops.arap.pull_make_real(), {"FINISHED"})
+        handle = obj.arap.handles[-1]
+        self.assertEqual((bpy.context.object, bpy.context.selected_objects), (handle.target, [handle.target]))
+        self.assertEqual(obj.arap.controls[obj.arap.chosen_control_index], handle)
+
     def test_without_any_there_is_nothing_to_make_real(self):
         message = "Nothing of 'Tube' has been pulled or pinned with the tool: drag or click it first"
         self.assert_error(ValueError, message, self.make_real, mesh_object())

@@ -6,7 +6,7 @@ import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, module
-from tubes import BALL, BOTTOM, TOP, mesh_object, with_balls
+from tubes import BALL, BOTTOM, TOP, empty_at, mesh_object, with_balls
 
 HALF = 2.0
 
@@ -139,6 +139,30 @@ class BonesTest(SceneTest):
         stats = self.api.solve(obj)
         self.assertEqual(stats.outside, ())
         self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
+
+    def test_a_bone_that_is_cleared_or_of_no_armature_is_told(self):
+        obj = mesh_object()
+        rig = arm(obj)
+        self.api.add_bones(obj, rig, ["Upper"])
+        bone = obj.arap.controls["Upper"]
+        for field, value, reason in (
+            ("bone", "", "it has no bone; choose one or remove it"),
+            ("target", empty_at((0.0, 0.0, 1.0)), "it has no bone; choose one or remove it"),
+            ("bone", "Upper", "'Empty' is not an armature and has no bones; clear the bone"),
+            ("target", rig, ""),
+        ):
+            setattr(bone, field, value)
+            problem = module("setup.controls").control_problem(obj, bone)
+            self.assertEqual(problem, f"Bone 'Upper' of 'Tube': {reason}" if reason else "")
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj)[0], np.eye(4), 1e-5)
+
+    def test_the_fields_of_an_entry_may_be_set_in_any_order(self):
+        obj = mesh_object()
+        rig = arm(obj, x=0.3)
+        obj.arap.model = "solid"
+        bone = obj.arap.controls.add()
+        bone.target, bone.bone, bone.kind = rig, "Upper", "bone"
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj)[0], np.eye(4), 1e-5)
 
     def test_the_twin_of_a_bone_in_the_other_half_holds_nothing(self):
         obj = mesh_object()

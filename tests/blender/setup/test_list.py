@@ -47,6 +47,14 @@ class ListTest(SceneTest):
         self.assertEqual([control.name for control in self.obj.arap.controls], ["Feet", "Head"])
         self.assertEqual(bpy.context.object, self.obj)
 
+    def test_of_two_with_one_name_the_chosen_one_is_removed(self):
+        for _ in range(2):
+            self.obj.arap.controls.add()["name"] = "Same"  # as a damaged file has it
+        self.obj.arap.controls[-1].vertex_group = "Feet"
+        self.obj.arap.chosen_control_index = len(self.obj.arap.controls) - 1
+        bpy.ops.arap.control_remove()
+        self.assertEqual([control.vertex_group for control in self.obj.arap.controls], ["Feet", "Head", "Waist", ""])
+
     def test_a_row_of_nothing_is_passed_over(self):
         self.obj.arap.active_control_index = 3
         self.assertIsNone(module("setup.chosen").chosen(self.obj))

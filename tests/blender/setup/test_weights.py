@@ -78,7 +78,7 @@ class WeightTest(SceneTest):
 
     def followed(self, obj):
         """Its EngineScene, told of evaluations as an act's is."""
-        scene = module("pose.scene").ActScene(obj)
+        scene = module("pose.scene").InteractionScene(obj)
 
         def tell(_scene, depsgraph):
             with scene.evaluated(depsgraph, module("scene.known").updates(depsgraph)):

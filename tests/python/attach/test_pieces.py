@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loose pieces of a attachment, and which look rigid."""
+"""Loose pieces of an attached object, and which look rigid."""
 
 import numpy as np
 import pytest

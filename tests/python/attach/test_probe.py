@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a few vertices of a attachment and its mesh say the same as before."""
+"""Whether a few vertices of an attached object and its mesh say the same as before."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A attachment bound to what carries it, in the spaces of both. What a wrap computes: tests/native."""
+"""An attached object bound to what carries it, in the spaces of both. What a wrap computes: tests/native."""
 
 from dataclasses import replace
 

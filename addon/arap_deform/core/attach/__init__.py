@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What goes along with a mesh, in arrays; no bpy."""
+"""Objects attached to a mesh, in arrays; no bpy."""

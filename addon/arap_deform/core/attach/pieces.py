@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The loose pieces of a follower, and whether they look as if they were rigid. No bpy."""
+"""The loose pieces of an attached object, and whether they look as if they were rigid. No bpy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..arrays import Floats, Ints
 from ..graph import connected_labels, face_edges, fans
 from ..loose.pieces import Pieces, numbered
 
-SMALL = 0.25  # of a rigid piece, as a fraction of the size of what carries it: the diagonals of their boxes
+SMALL = 0.25  # of a rigid piece, as a fraction of the size of its host: the diagonals of their boxes
 ROUND = 0.4  # of one with an opening, closed: 36 pi volume^2 / area^3, 1 for a ball, 0.6 for half of one
 LONG = 2.5  # and its box is at most so many times as long as wide: a sock or a mitten is longer
 COMPACT = 0.1  # a rigid piece fills so much of its box: an eye or a tooth does, a glove with two walls does not
@@ -28,7 +28,7 @@ def looks_rigid(points: Floats, corner_vertices: Ints, face_sizes: Ints, size: f
     Args:
         points: (n, 3) as seen.
         corner_vertices, face_sizes: see SessionMesh.
-        size: of what carries them.
+        size: of their host.
     """
     if not len(face_sizes):
         return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A few vertices of a follower and of what carries it: they tell quickly whether a bind still fits. No bpy."""
+"""A few vertices of an attached object and of its host: they tell quickly whether a bind still fits. No bpy."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Probe:
     """At rest.
 
     Attributes:
-        points: (k, 3) float32 of the follower, in its own space.
-        surface: (l, 3) float32 of what carries it, in its own space.
+        points: (k, 3) float32 of the attached object, in its own space.
+        surface: (l, 3) float32 of its host, in its own space.
         place: (4, 4) from the former space to the latter.
     """
 
@@ -40,10 +40,10 @@ class Probe:
     def is_applied(self, now: Probe) -> bool:
         """Whether one of the objects, or both, got other coordinates that say the same: as by Object > Apply.
 
-        Then nothing has moved as seen from what carries, but for an affine map that its own vertices have followed.
+        Then nothing has moved as seen from the host, but for an affine map that its own vertices have followed.
 
         Args:
-            now: of as many vertices. Its ``place`` is where the follower is now.
+            now: of as many vertices. Its ``place`` is where the attached object is now.
         """
         before = np.column_stack([self.surface.astype(np.float64), np.ones(len(self.surface))])
         to_now = np.linalg.lstsq(before, now.surface.astype(np.float64), rcond=None)[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The mesh that carries, at rest: what the wraps that are bound to it share. No bpy."""
+"""The host, at rest: what the wraps that are bound to it share. No bpy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FIRST_LOOK = 1000  # vertices that tell that a mesh is posed, if not only a smal
 
 
 class RestSurface:
-    """What carries, at rest and in poses. All its wraps may hold the same one.
+    """The host, at rest and in poses. All its wraps may hold the same one.
 
     Attributes:
         signature: of the mesh.
@@ -45,7 +45,7 @@ class RestSurface:
         return is_same and np.array_equal(self.space.stretch, inputs.stretch)
 
     def is_at_rest(self, positions: Float32s) -> bool:
-        """A few vertices first: with many small followers, to compare all would be much of a frame."""
+        """A few vertices first: with many small attached objects, to compare all would be much of a frame."""
         step = max(1, len(self.rest) // FIRST_LOOK)
         return np.array_equal(positions[::step], self.rest[::step]) and np.array_equal(positions, self.rest)
 
@@ -79,7 +79,7 @@ class PreparedSurface:
         self._kept = None
 
     def of(self, native: Any, inputs: WrapInput) -> Steps[tuple[RestSurface, arap_native.WrapSurface]]:
-        """What carries, and made ready for binds: what is kept, or prepared now."""
+        """The host, and made ready for binds: what is kept, or prepared now."""
         if self._kept is None or not self._kept[0].is_of(inputs):
             self._kept = None  # never two in memory
             surface = RestSurface(inputs)

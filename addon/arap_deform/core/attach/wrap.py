@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A follower bound to the mesh that carries it: positions of the one in, positions of the other out. No bpy.
+"""An attached object bound to its host: positions of the one in, positions of the other out. No bpy.
 
-Both are in their own spaces. The library works in the solver space of the mesh that carries, see SolverSpace: so what
+Both are in their own spaces. The library works in the solver space of the host, see SolverSpace: so what
 turns, turns as seen.
 """
 
@@ -68,7 +68,7 @@ class Wrap:
         self._linear: Floats = np.asarray(back[:3, :3] @ surface.space.unstretch, dtype=np.float64)
         self._shift: Floats = np.asarray(back[:3, 3], dtype=np.float64)
         # Of single precision a frame allocates nothing. Rigid pieces are small, and would lose digits of their shape
-        # where they are far from the origin of what carries them.
+        # where they are far from the origin of their host.
         kind: Any = np.float32 if inputs.pieces is None else np.float64
         self._solved: NDArray[Any] = np.empty(inputs.points.shape, dtype=kind)
         self._mapped: NDArray[Any] = np.empty(inputs.points.shape, dtype=kind)
@@ -79,7 +79,7 @@ class Wrap:
         return is_same and self.has_stretch(inputs.stretch)
 
     def has_stretch(self, stretch: Floats) -> bool:
-        """Whether it is bound under this stretch of what carries, or one that differs by an even scale."""
+        """Whether it is bound under this stretch of the host, or one that differs by an even scale."""
         own = self._surface.space.stretch
         return is_same_stretch(own / np.abs(own).max(), stretch / np.abs(stretch).max())
 
@@ -88,7 +88,7 @@ class Wrap:
         return len(self.rest)
 
     def carried(self, positions: Float32s) -> Float32s:
-        """(n, 3) contiguous float32, where the follower is, for (m, 3) of what carries. Valid until the next call.
+        """(n, 3) contiguous float32, where the attached object is, for (m, 3) of the host. Valid until the next call.
 
         Raises:
             ValueError: positions that are not finite, or a result beyond single precision.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a follower is bound from, in arrays. No bpy."""
+"""What an attached object is bound from, in arrays. No bpy."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class WrapInput:
     """What a wrap is made from. No Blender data.
 
     Attributes:
-        name: of the follower, for messages.
-        mesh: what carries, at rest, in its own space.
-        stretch: (3, 3) of what carries, see transforms.stretch_of().
-        mirrors: planes that complete what carries.
-        points: (n, 3) float32 the follower at rest, in its own space.
-        place: (4, 4) from there to the space of what carries.
+        name: of the attached object, for messages.
+        mesh: the host, at rest, in its own space.
+        stretch: (3, 3) of the host, see transforms.stretch_of().
+        mirrors: planes that complete the host.
+        points: (n, 3) float32 the attached object at rest, in its own space.
+        place: (4, 4) from there to the space of the host.
         pieces: (n,) pieces that stay rigid; None: all bends.
         keeps_distance: near points keep their distance from the faces. Off: they follow them smoothly.
         threads: of the library; 0: as many as pay.

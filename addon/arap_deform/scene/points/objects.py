@@ -26,7 +26,7 @@ def check(obj: bpy.types.Object) -> None:
     n = count(obj)
     if not n:
         noun = "vertices" if obj.type == "MESH" else "points"
-        raise ValueError(f"'{obj.name}' has no {noun}: there is nothing to go along")
+        raise ValueError(f"'{obj.name}' has no {noun}: there is nothing to attach")
     if obj.type == "MESH":
         return
     curves.check_one_type(obj)
