@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/SparseCholesky>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -14,6 +13,7 @@
 #include "base/eigen_compat.h"
 #include "base/permutation.h"
 #include "cholesky/preconditioned_cg.h"
+#include "cholesky/solver_choice.h"
 #include "parallel/meter.h"
 #include "support/helpers.h"
 
@@ -107,12 +107,9 @@ std::vector<char> erase_some(Eigen::Index n, double fraction, Random& random) {
 
 /// A^-1 b without the erased rows, by Eigen and in double.
 Positions solution_in_double(const SparseMatrix& A, const std::vector<char>& is_erased, const Positions& b) {
-  Eigen::VectorXd is_kept(A.rows());
-  for (Eigen::Index i = 0; i < A.rows(); ++i) is_kept[i] = is_erased[i] == 0 ? 1 : 0;
-  SparseMatrix kept = is_kept.asDiagonal() * A * is_kept.asDiagonal();
-  kept.diagonal() += (1 - is_kept.array()).matrix();
-  const Positions right = is_kept.asDiagonal() * b;
-  return Eigen::SimplicialLDLT<SparseMatrix>(kept).solve(Eigen::MatrixX3d(right));
+  Positions x = b;
+  arap::make_linear_solver(A, Workers(1), TileFormat::kHalf, {}, exact_solver())->factorize(A, is_erased)->solve(x);
+  return x;
 }
 
 /// Expects that erased rows are 0 and the others right to `tolerance`.

@@ -11,6 +11,7 @@
 
 #include "cholesky/solver_choice.h"
 #include "sparse/sparse.h"
+#include "support/dense.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -89,7 +90,7 @@ struct Problem {
       saddle(v, v) = 1;
       right.row(v) = x.row(v);
     }
-    return saddle.fullPivLu().solve(right).topRows(n);
+    return solver_of(saddle)(right).topRows(n);
   }
 
   void expect_solved(const std::string& what) const {

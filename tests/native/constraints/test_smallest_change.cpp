@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "support/dense.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -43,7 +44,7 @@ Positions expected_change(const LinearRows& rows, const std::vector<char>& is_fi
   for (int i = 0; i < kUnknowns; ++i)
     if (is_fixed[i] != 0) A.col(i).setZero();
   const Eigen::VectorXd scales = rows.weight_vector().cwiseSqrt();
-  return (scales.asDiagonal() * A).completeOrthogonalDecomposition().solve(scales.asDiagonal() * gaps);
+  return least_squares(scales.asDiagonal() * A, scales.asDiagonal() * gaps);
 }
 
 TEST(SmallestChange, IsThatOfThePseudoinverse) {

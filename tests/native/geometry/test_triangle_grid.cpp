@@ -27,7 +27,7 @@ std::vector<TriangleGrid::Triangle> triangles_of(const MeshData& mesh) {
 double crossing(const Positions& p, const TriangleGrid::Triangle& t, const Vector3& origin, const Vector3& direction) {
   Matrix3 system;
   system << direction, (p.row(t[0]) - p.row(t[1])).transpose(), (p.row(t[0]) - p.row(t[2])).transpose();
-  const Vector3 solved = system.fullPivLu().solve(p.row(t[0]).transpose() - origin);
+  const Vector3 solved = system.inverse() * (p.row(t[0]).transpose() - origin);
   const Vector3 normal = -system.col(1).cross(-system.col(2));
   const bool is_inside = normal.dot(direction) > 0 && solved[1] > 0 && solved[2] > 0 && solved[1] + solved[2] < 1;
   return is_inside ? solved[0] : std::numeric_limits<double>::infinity();

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "support/dense.h"
 #include "support/helpers.h"
 #include "support/tet_arap.h"
 
@@ -77,7 +78,7 @@ struct DenseTets {
       right.row(n + k) = targets.row(hard[k]);
     }
     saddle.topRightCorner(n, m) = saddle.bottomLeftCorner(m, n).transpose();
-    const Eigen::FullPivLU<Eigen::MatrixXd> factor(saddle);
+    const auto solve = solver_of(saddle);
     Positions p = mesh.positions();
     for (int k = 0; k < 20000; ++k) {
       right.topRows(n) = soft;
@@ -87,7 +88,7 @@ struct DenseTets {
         for (int j = 0; j < 4; ++j)
           right.row(mesh.tets()[t][j]) += 2 * tet_volume(mesh, t) * (R * g.row(j).transpose()).transpose();
       }
-      const Positions next = factor.solve(right).topRows(n);
+      const Positions next = solve(right).topRows(n);
       const double step = max_distance(next, p);
       p = next;
       if (step < 1e-12) break;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/eigen_compat.h"
+#include "support/dense.h"
 
 namespace arap_test {
 
@@ -169,7 +170,7 @@ Positions Reference::laplacian_guess(const arap::ConstraintSet& constraints, con
   for (int v = 0; v < n_; ++v)
     if (is_free[v] != 0) free.push_back(v);
   const MatrixXd K = matrix();
-  const MatrixXd change = K(all, free).colPivHouseholderQr().solve(K * (rest_ - guess));
+  const MatrixXd change = least_squares(K(all, free), K * (rest_ - guess));
   for (size_t k = 0; k < free.size(); ++k) guess.row(free[k]) += change.row(static_cast<Index>(k));
   return guess;
 }
@@ -210,8 +211,7 @@ Reference::Solution Reference::solve(const arap::ConstraintSet& constraints, con
   A.topLeftCorner(n_free, n_free) = K(free, free);
   A.topRightCorner(n_free, patches.size()) = C(all, free).transpose();
   A.bottomLeftCorner(patches.size(), n_free) = C(all, free);
-  // Eigen does not factorize an empty matrix, which is the system if nothing is free.
-  const Eigen::FullPivLU<MatrixXd> lu(A.rows() > 0 ? A : MatrixXd(MatrixXd::Identity(1, 1)));
+  const auto solve = solver_of(A);
 
   Solution solution;
   const auto total = [&](const Positions& at) { return energy(at) + soft_energy(constraints, targets, at); };
@@ -222,7 +222,7 @@ Reference::Solution Reference::solve(const arap::ConstraintSet& constraints, con
     MatrixXd right(A.rows(), 3);
     right.topRows(n_free) = b(free, all) - K(free, hard) * hard_positions;
     right.bottomRows(patches.size()) = targets.bottomRows(patches.size()) - C(all, hard) * hard_positions;
-    const MatrixXd x = A.rows() > 0 ? MatrixXd(lu.solve(right)) : right;
+    const MatrixXd x = solve(right);
     Positions next = p;
     for (Index k = 0; k < n_free; ++k) next.row(free[static_cast<size_t>(k)]) = x.row(k);
     solution.step = (next - p).rowwise().norm().maxCoeff() / diagonal_;

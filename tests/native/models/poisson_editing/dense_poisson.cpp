@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "support/dense.h"
+
 namespace arap_test {
 
 namespace {
@@ -54,7 +56,7 @@ Positions DensePoisson::with_values(const std::vector<PoissonHandle>& handles, c
     A(v, v) = 1;
     right.row(v) = values.row(v);
   }
-  return A.fullPivLu().solve(right);
+  return solver_of(A)(right);
 }
 
 Eigen::MatrixXd DensePoisson::harmonic_weights(const std::vector<PoissonHandle>& handles) const {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "dense/small_matrices.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -137,7 +138,7 @@ TEST_P(CellsOfVertices, MatrixIsPositiveDefiniteWithOneVertexErasedWhateverTheSt
   for (const MeshData& mesh : {bumpy_sphere(1), sheared_cylinder(10, 5), star_prism(7, 3)}) {
     const Eigen::MatrixXd K = assemble(mesh, options(), random_stiffness(mesh.n_vertices(), 6)).K;
     const auto rest = Eigen::seq(1, K.rows() - 1);
-    EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(K(rest, rest)).info(), Eigen::Success) << mesh.name;
+    EXPECT_GT(arap::symmetric_eigen(Eigen::MatrixXd(K(rest, rest))).values.minCoeff(), 0) << mesh.name;
   }
 }
 
