@@ -278,7 +278,7 @@ TEST(Lattices, HaveAsManyPiecesAsCubesIfVerticesAreOnTheirWalls) {
 
 TEST(CubeSize, DependsOnTheThicknessNotOnTheNumberOfVertices) {
   const auto size_of = [](const MeshData& mesh) {
-    const MeshData unit = transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); });
+    const MeshData unit = in_unit_size(mesh);
     return arap::choose_cube_size(unit.mesh(), 0, 1);
   };
   const auto rod = [](int n_around) {
@@ -297,15 +297,9 @@ TEST(CubeSize, IsThatOfWhatHasAnInside) {
       transformed(grid(20, Faces::kQuads), [](const Vector3& x) { return Vector3(4 * x[0], 4 * x[1], -1.5); });
   const MeshData both = join(rod, ground);
   const auto size_of = [](const MeshData& mesh) {
-    return mesh.diagonal() *
-           arap::choose_cube_size(
-               transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); }).mesh(), 0, 1);
+    return mesh.diagonal() * arap::choose_cube_size(in_unit_size(mesh).mesh(), 0, 1);
   };
   EXPECT_NEAR(size_of(both), size_of(rod), .1 * size_of(rod));
-}
-
-MeshData in_unit_size(const MeshData& mesh) {
-  return transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); });
 }
 
 /// The box around it has a million times as many cubes.

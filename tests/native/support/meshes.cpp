@@ -414,6 +414,11 @@ MeshData transformed(const MeshData& mesh, const std::function<Vector3(const Vec
   return result;
 }
 
+MeshData in_unit_size(const MeshData& mesh) {
+  const double diagonal = mesh.diagonal();
+  return transformed(mesh, [&](const Vector3& x) { return Vector3(x / diagonal); });
+}
+
 Positions RigidMotion::apply(const Positions& points) const {
   return (points * rotation.transpose()).rowwise() + translation.transpose();
 }

@@ -94,6 +94,8 @@ MeshData triangulate(const MeshData& mesh);
 MeshData join(const MeshData& first, const MeshData& second);
 /// Applies `map` to every vertex.
 MeshData transformed(const MeshData& mesh, const std::function<Vector3(const Vector3&)>& map);
+/// Scaled to a diagonal of 1.
+MeshData in_unit_size(const MeshData& mesh);
 
 struct RigidMotion {
   Matrix3 rotation = Matrix3::Identity();

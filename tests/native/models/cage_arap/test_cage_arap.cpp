@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "arap/error.h"
@@ -241,13 +241,14 @@ TEST(CageArap, LooseVerticesOfTheCageChangeNothing) {
 TEST(CageArap, AShellWithoutConstraintsStays) {
   const MeshData near = rod();
   const Ends ends(near);
-  for (const auto& [shift, most] : {std::pair{9.0, .02}, std::pair{2.0, .2}}) {
+  // Cubes of the cage of one size.
+  for (const auto& [shift, cells, most] : {std::tuple{9.0, 20, .02}, std::tuple{2.0, 8, .2}}) {
     const Vector3 beside(0, shift, 0);
     const MeshData mesh = join(near, transformed(near, [&](const Vector3& x) { return Vector3(x + beside); }));
     const Positions rest = mesh.positions().bottomRows(near.n_vertices());
     for (const CageEnergy energy : kBoth)
       for (const CageCoordinates coordinates : {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic}) {
-        CageArap solver = bound(mesh, with(energy, coordinates), 20);
+        CageArap solver = bound(mesh, with(energy, coordinates), cells);
         solver.set_constraints(ends.task.constraints);
         const SolveResult result = solver.solve(ends.targets(twist(40)));
         EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);

@@ -20,7 +20,7 @@ using arap::CagePoints;
 /// A mesh of diagonal 1 in a cage, every vertex with a rotation of its own, and its energy over the cage's vertices.
 struct Caged {
   explicit Caged(CageEnergy energy)
-      : data(transformed(bumpy_sphere(2), [](const Vector3& x) { return Vector3(x / bumpy_sphere(2).diagonal()); })),
+      : data(in_unit_size(bumpy_sphere(2))),
         mesh(data.mesh()),
         cage(arap::make_cage(mesh, 3)),
         carried(data.n_vertices()),

@@ -37,10 +37,7 @@ double left_by_lattice(const MeshData& mesh, const Task& task, double cube_size,
 }
 
 /// Of diagonal 1; the lower part is held.
-MeshData ball(int levels) {
-  const MeshData sphere = icosphere(levels);
-  return transformed(sphere, [&](const Vector3& x) { return Vector3(x / sphere.diagonal()); });
-}
+MeshData ball(int levels) { return in_unit_size(icosphere(levels)); }
 
 Task hold_low(const MeshData& mesh) {
   Task task;
