@@ -70,17 +70,18 @@ def run(request):
     """Runs a command of this test, in parts with a log for each; tells at the end how many tests passed in it."""
     name = "-".join(re.findall(r"\w+", request.node.name.removeprefix("test_")))
     yield lambda *command, part="", **env: run_into(f"{name}{part}", *command, **env)
-    print(f"\n{name}: {counts(''.join(log.read_text(errors='replace') for log in LOGS.glob(f'{name}*.log')))}")
+    print(f"\n{name}: {counts(log.read_text(errors='replace') for log in LOGS.glob(f'{name}*.log'))}")
 
 
-def counts(text):
+def counts(logs):
     """How many tests passed, failed and were skipped: the words of pytest, GoogleTest and the tests in Blender."""
     found = Counter()
-    last = re.findall(r"^.*\d+ passed.*$", text, re.MULTILINE)[-1:]  # tests that start tests say so before
-    for number, word in re.findall(r"(\d+) (passed|failed|skipped)", "".join(last)):
-        found[word] += int(number)
-    for word, number in re.findall(r"^\[  (PASSED|FAILED|SKIPPED) +\] (\d+) tests?", text, re.MULTILINE):
-        found[word.lower()] += int(number)
+    for text in logs:
+        last = re.findall(r"^.*\d+ passed.*$", text, re.MULTILINE)[-1:]  # tests that start tests say so before
+        for number, word in re.findall(r"(\d+) (passed|failed|skipped)", "".join(last)):
+            found[word] += int(number)
+        for word, number in re.findall(r"^\[  (PASSED|FAILED|SKIPPED) +\] (\d+) tests?", text, re.MULTILINE):
+            found[word.lower()] += int(number)
     return ", ".join(f"{number} {word}" for word, number in sorted(found.items(), reverse=True))
 
 
