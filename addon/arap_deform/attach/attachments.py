@@ -94,11 +94,11 @@ def _looks(host: bpy.types.Object, objects: list[bpy.types.Object], places: list
     size = surface_diagonal(mesh.rest_positions @ stretch.T, mesh.corner_vertices)
     kinds = []
     for attached, place in zip(objects, places, strict=True):
-        use_rigid = False
+        is_rigid = False
         if attached.type == "MESH":  # the points of a curve do not tell how thick it is
             seen = transformed(place, meshes.read_rest(attached).astype(np.float64)) @ stretch.T
-            use_rigid = looks_rigid(seen, *meshes.read_faces(attached.data), size)
-        kinds.append("rigid" if use_rigid else "bend")
+            is_rigid = looks_rigid(seen, *meshes.read_faces(attached.data), size)
+        kinds.append("rigid" if is_rigid else "bend")
     return kinds
 
 

@@ -7,14 +7,13 @@ import math
 
 import bpy
 
-from ..scene import fcurves
-from ..scene.inputs import enabled_controls
+from ..scene import fcurves, handle_motion
 from ..scene.movers import chain
 
 
 def proposed_range(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[int, int]:
     """From the first to the last key of what moves the handles; the scene's range if that does not say when it ends."""
-    movers = chain.transform_sources(obj, enabled_controls(obj))
+    movers = chain.transform_sources(obj, handle_motion.enabled_controls(obj))
     spans = [span for mover in movers for data in _data_of(mover) for span in fcurves.spans_of(data)]
     first, last = min((span[0] for span in spans), default=0.0), max((span[1] for span in spans), default=0.0)
     if first == last or math.isinf(last):

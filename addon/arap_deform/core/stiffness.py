@@ -64,11 +64,11 @@ def regions_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats], mes
     if not rigid:
         return None
     first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
-    use_rigid = np.zeros(len(mesh.rest_positions), dtype=bool)
+    is_rigid = np.zeros(len(mesh.rest_positions), dtype=bool)
     links = []
     for entry in rigid:
         is_inside = weights[entry.group] >= RIGID_WEIGHT
-        use_rigid |= is_inside
+        is_rigid |= is_inside
         if entry.use_single_body:
             members = np.flatnonzero(is_inside).astype(first.dtype)
             links.append((members[:-1], members[1:]))
@@ -76,6 +76,6 @@ def regions_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats], mes
             is_within = is_inside[first] & is_inside[second]
             links.append((first[is_within], second[is_within]))
     ones, others = zip(*links, strict=True)
-    labels = connected_labels(len(use_rigid), np.concatenate(ones), np.concatenate(others))
-    _, regions = np.unique(np.where(use_rigid, labels, -1), return_inverse=True)
-    return np.where(use_rigid, regions, -1).astype(np.int32)
+    labels = connected_labels(len(is_rigid), np.concatenate(ones), np.concatenate(others))
+    _, regions = np.unique(np.where(is_rigid, labels, -1), return_inverse=True)
+    return np.where(is_rigid, regions, -1).astype(np.int32)

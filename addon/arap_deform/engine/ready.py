@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core.arrays import Ints
 from ..core.session_input import SessionInput
+from ..scene import handle_motion
 from ..scene.movers import still
 from ..scene.seen import look
 
@@ -50,7 +51,7 @@ def _moved(obj: bpy.types.Object, inputs: SessionInput | None) -> Ints | None:
     """The vertices that handles hold; None if they hold none, as bones that move what is inside."""
     if inputs is None:
         return None
-    enabled = (control for control in obj.arap.controls if control.is_enabled)
+    enabled = handle_motion.enabled_controls(obj)
     specs = (spec for control, spec in zip(enabled, inputs.specs, strict=True) if not control.is_pin)
     moved = [spec.vertices for spec in specs if len(spec.vertices)]
     return np.unique(np.concatenate(moved)) if moved else None

@@ -19,8 +19,8 @@ from ..core.patches import PATCH_REACH, Ball, Point, Surface, held_by_themselves
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
-from . import meshes, pose_key
-from .inputs import enabled_controls, groups_of, has_group, spec_of
+from . import handle_motion, meshes, pose_key
+from .inputs import groups_of, has_group, spec_of
 from .snapshot import constraints_of, settings_of
 
 if TYPE_CHECKING:
@@ -76,13 +76,13 @@ class ConstraintPreview:
         distances = np.linalg.norm(self.surface.seen[: self.n_own] - ball.centre, axis=1)
         near = np.flatnonzero(distances <= ball.radius + PATCH_REACH * self.surface.radius)
         names = meshes.groups_at(self._obj, near)
-        enabled = enabled_controls(self._obj)
+        enabled = handle_motion.enabled_controls(self._obj)
         pairs = zip(enabled, constraints_of(enabled), strict=True)
         return self.specs_of([entry for entry, hold in pairs if getattr(hold, "group", "") in names])
 
     @cached_property
     def _enabled(self) -> list[tuple[ArapControl, HandleSpec]]:
-        entries = [e for e in enabled_controls(self._obj) if has_group(self._obj, e)]
+        entries = [e for e in handle_motion.enabled_controls(self._obj) if has_group(self._obj, e)]
         return list(zip(entries, self.specs_of(entries), strict=True))
 
     def completed(self, positions: NDArray[np.floating]) -> Floats:

@@ -25,6 +25,11 @@ Made = dict[bpy.types.Object, set[bpy.types.Object]]  # the made empties of the 
 SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below, its motion since rest is unknown
 
 
+def enabled_controls(obj: bpy.types.Object) -> list[ArapControl]:
+    """In the order of the list, which is that of the session's handles."""
+    return [control for control in obj.arap.controls if control.is_enabled]
+
+
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
     """(h, 4, 4) float64 object-space motion of each enabled control; the identity for pins.
 
@@ -41,7 +46,7 @@ def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats
     """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
     if found := problems(obj, depsgraph):
         raise ValueError(naming.sentences(found))
-    enabled = [control for control in obj.arap.controls if control.is_enabled]
+    enabled = enabled_controls(obj)
     moving = [i for i, control in enumerate(enabled) if control.kind != "pin"]
     result = np.tile(np.eye(4), (len(enabled), 1, 1))
     if moving:
@@ -65,7 +70,7 @@ def problems(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[str]
     if reason := meshes.why_not_evaluated(obj, depsgraph):
         return [reason]
     made: Made = {}
-    enabled = [control for control in obj.arap.controls if control.is_enabled]
+    enabled = enabled_controls(obj)
     return [reason for control in enabled if (reason := problem_of(obj, control, depsgraph, made))]
 
 
@@ -85,9 +90,14 @@ def problem_of(
 
 def _why_unmoved(obj: bpy.types.Object, handle: ArapControl, depsgraph: bpy.types.Depsgraph, made: Made | None) -> str:
     """Why the object or bone of a handle cannot move it, without the name of the handle."""
-    if handle.kind == "bone" and not handle.bone:
-        return "it has no bone; choose one or remove it"
-    reason = target_problem(obj, handle.target, handle.bone, depsgraph, is_made=handle.has_made_target)
+    reason = target_problem(
+        obj,
+        handle.target,
+        handle.bone,
+        depsgraph,
+        is_made=handle.has_made_target,
+        needs_bone=handle.kind == "bone",
+    )
     if reason:
         return reason
     owner = other_owner(obj, handle, made) if handle.target.parent not in {None, obj} else None
@@ -151,8 +161,14 @@ def target_problem(
     depsgraph: bpy.types.Depsgraph,
     *,
     is_made: bool = False,
+    needs_bone: bool = False,
 ) -> str:
-    """Why an object, or its bone, cannot be that of a handle. ``is_made``: the add-on has made it."""
+    """Why an object, or its bone, cannot be that of a handle.
+
+    ``is_made``: the add-on has made it. ``needs_bone``: the object alone moves nothing.
+    """
+    if needs_bone and not bone:
+        return "it has no bone; choose one or remove it"
     if target is None:
         return "it has no object; choose one or remove the handle"
     if target == obj:

@@ -69,7 +69,7 @@ def read_input(
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     if found := _unweighted(obj, weights):
         raise ValueError(naming.sentences(found))
-    specs = tuple(spec_of(control, weights, mesh.rest_positions) for control in enabled_controls(obj))
+    specs = tuple(spec_of(control, weights, mesh.rest_positions) for control in handle_motion.enabled_controls(obj))
     stiffness = stiffness_of(state.stiff_groups, weights)
     regions = regions_of(state.stiff_groups, weights, mesh)
     return SessionInput(
@@ -92,7 +92,7 @@ def problems_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, needs_
     checks = (shape_keys.check_writable, pose_key.check_name)
     found = [reason for check in checks if (reason := _reason_of(check, obj))]
     found += handle_motion.problems(obj, depsgraph)
-    if needs_holds and not enabled_controls(obj):
+    if needs_holds and not handle_motion.enabled_controls(obj):
         found.append(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     return found + _stiffness_problems(obj)
 
@@ -109,11 +109,6 @@ def _unweighted(obj: bpy.types.Object, weights: dict[str, Floats]) -> list[str]:
     """Of each enabled handle whose group has no weights, a sentence that says so."""
     with_group = (h for h in obj.arap.handles if h.is_enabled and h.kind == "handle")
     return [handle_motion.no_weights(obj, handle) for handle in with_group if not weights[handle.vertex_group].any()]
-
-
-def enabled_controls(obj: bpy.types.Object) -> list[ArapControl]:
-    """In the order of the list, which is that of the session's handles."""
-    return [control for control in obj.arap.controls if control.is_enabled]
 
 
 def groups_of(holds: Iterable[Constraint]) -> set[str]:

@@ -65,7 +65,7 @@ class Snapshot:
             counts=counts_of(obj),
             stretch=stretch,
             settings=settings_of(obj),
-            constraints=constraints_of([control for control in settings.controls if control.is_enabled]),
+            constraints=constraints_of(handle_motion.enabled_controls(obj)),
             stiff_groups=stiff_groups_of(obj) if settings.stiffness else (),
             key_name=key.name,
             mirrors=meshes.read_mirrors(obj, depsgraph, stretch, rest) if obj.modifiers else (),

@@ -56,11 +56,12 @@ def rebase(obj: bpy.types.Object, *controls: ArapControl) -> None:
 
 def _lack_of(obj: bpy.types.Object, control: ArapControl, depsgraph: bpy.types.Depsgraph) -> bool:
     """Whether its group or its object is missing."""
-    if control.is_pin:
-        return not has_group(obj, control)
-    lacks_bone = control.kind == "bone" and not control.bone
-    is_lacking = lacks_bone or bool(handle_motion.target_problem(obj, control.target, control.bone, depsgraph))
-    return is_lacking or not has_group(obj, control)
+    needs_bone = control.kind == "bone"
+    if not control.is_pin and handle_motion.target_problem(
+        obj, control.target, control.bone, depsgraph, needs_bone=needs_bone
+    ):
+        return True
+    return not has_group(obj, control)
 
 
 def _set_rests(
